@@ -27,7 +27,12 @@ from afferents.progress import Progress
 
 
 def fetch(
-    name: Annotated[str, typer.Argument(help="Data set: pestell2022 or fabricslide.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="Data set: pestell2022, fabricslide, cluster-haptic-accel or cluster-haptic-audio."
+        ),
+    ],
     folder: Annotated[Path, typer.Argument(help="Folder that it goes into.")],
     url: Annotated[
         str | None,

@@ -63,7 +63,8 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     Raises
     ------
     InputError
-        If there is no data set of one's own where it is said to be.
+        If there is no data set of one's own where it is said to be, or a folder without a name
+        holds files of several data sets.
     """
     if isinstance(wanted, DataSet):
         return wanted
@@ -94,8 +95,15 @@ def _packaged(path: Path) -> DataSet | None:
     """Return the data set that the package describes and whose files lie in a folder."""
     if not path.is_dir():
         return None
-    described = (Described(path, description) for description in PACKAGED.values())
-    return next((one for one in described if one.matching(look=True)), None)
+    described = [Described(path, description) for description in PACKAGED.values()]
+    found = [one for one in described if one.matching(look=True)]
+    if len(found) > 1:
+        raise InputError(
+            f"{path}: expected files of one data set, found those of "
+            f"{' and '.join(one.title for one in found)}; say which: "
+            f"{' or '.join(map(str, found))}"
+        )
+    return found[0] if found else None
 
 
 def _own(where: str, path: str | None) -> DataSet:

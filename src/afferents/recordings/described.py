@@ -72,10 +72,10 @@ class Described(DataSet):
         Parameters
         ----------
         look
-            Whether it is a quick look that searches no folders of unknown names.
+            Whether it is a quick look that searches no folders at any depth.
         """
         folders = self.form.files.folders
-        for folder in (one for one in folders if not (look and "*" in one)):
+        for folder in (one for one in folders if not (look and "**" in one)):
             if found := sorted(self._matching_in(folder), key=lambda one: one[0]):
                 return found
         return []
@@ -182,10 +182,13 @@ def _some_files(root: Path) -> list[Path]:
 
 def _steady(series: SeriesFile, signal: Signal) -> tuple[float, float] | None:
     """Return the part of constant speed; None where a file can't be read, as reading it says."""
-    if signal.steady_s != "all":
-        return signal.steady_s
+    if signal.steady_s is None:
+        return None
+    start_s, stop_s = (0.0, 0.0) if signal.steady_s == "all" else signal.steady_s
+    if stop_s > 0:
+        return start_s, stop_s
     try:
-        return (0.0, series.n_samples / series.sample_rate_hz)
+        return start_s, series.n_samples / series.sample_rate_hz + stop_s
     except InputError:
         return None
 

@@ -150,8 +150,8 @@ class Signal(_Part):
     units
         Of the channels.
     steady_s
-        Start and stop of constant speed in every file, s, or ``all``; 2.5 s are cut off each end if
-        not given.
+        Start and stop of constant speed in every file, s, or ``all``; a negative stop counts from
+        the end. 2.5 s are cut off each end if not given.
     """
 
     format: Literal["csv", "parquet", "npy", "npz", "wav", "flac", "h5", "hdf5"] | None = None
@@ -173,7 +173,7 @@ class Signal(_Part):
     duplicates: Literal["refuse", "once"] = "refuse"
     least_s: Annotated[float, Field(ge=0)] = 0.0
     units: str = "counts"
-    steady_s: Literal["all"] | tuple[Annotated[float, Field(ge=0)], PositiveFloat] | None = None
+    steady_s: Literal["all"] | tuple[Annotated[float, Field(ge=0)], float] | None = None
 
     @property
     def rate_hz(self) -> float | None:
@@ -192,7 +192,7 @@ class Signal(_Part):
         if self.sample_rate_hz and self.period_ms:
             raise ValueError("sample_rate_hz or period_ms, not both")
         self._resamples_times()
-        if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1]:
+        if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1] >= 0:
             raise ValueError("steady_s must start before it stops")
         return self
 

@@ -20,9 +20,21 @@ for page in WITH_COMMANDS:
 
 VIEWER = "needs the extra view, which dev leaves out: test_all_of_a_session_and_its_store"
 FETCHED = "fetches from a server; from one of ours: test_from_a_doi_to_its_files"
+HUB = "fetches from a server; from one of ours: test_a_folder_of_the_hub"
+CLUSTER = "needs the set; on files of its form: test_the_cluster_set_is_learnt_from"
+NTP = "needs the set; on files of its form: " + (
+    "test_printed_textures_under_nine_taxels_are_learnt_from"
+)
 NOT_RUN = {
     "afferents fetch pestell2022 DATA": FETCHED,
     "afferents fetch fabricslide FABRIC": FETCHED,
+    "afferents fetch cluster-haptic-accel CLUSTER": HUB,
+    "afferents fetch cluster-haptic-audio CLUSTER": HUB,
+    "afferents inspect cluster-haptic-accel:CLUSTER": CLUSTER,
+    "afferents evaluate cluster-haptic-accel:CLUSTER --out RESULTS "
+    "--models order-te-speed-known,ridge-te": CLUSTER,
+    "afferents inspect ntp:NTP": NTP,
+    "afferents evaluate ntp:NTP --out RESULTS --models order-te,order-te-speed-known": NTP,
     "afferents compare PUBLISHED.zarr --authors CONVERTED": (
         "needs the authors' arrays; on arrays of their form: "
         "test_the_largest_difference_of_each_stage_is_found"

@@ -18,6 +18,8 @@ class Site:
     def __init__(self):
         self.url = ""
         self.files, self.pages, self.moved = {}, {}, {}
+        self.next = {}
+        """The page that goes on where a page ends, as its header says, by path."""
         self.breaks = {}
         """After how many bytes each next answer for a file ends, by path."""
         self.asked = []
@@ -66,6 +68,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", "text/html; charset=utf-8")
         self.send_header("Content-Length", str(len(body)))
+        if after := self.site.next.get(urlsplit(self.path).path):
+            self.send_header("Link", f'<{self.site.url}{after}>; rel="next"')
         self.end_headers()
         self.wfile.write(body if with_body else b"")
 

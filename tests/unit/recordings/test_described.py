@@ -115,6 +115,18 @@ def test_names_say_texture_speed_and_conditions(tmp_path, name, files, expected)
     assert one.steady_s == (0.5, 2.5)
 
 
+@pytest.mark.parametrize(
+    ("steady", "expected"),
+    [("", None), ('steady_s = "all"', (0, 3)), ("steady_s = [0.5, -0.25]", (0.5, 2.75))],
+)
+def test_the_part_of_constant_speed_may_count_from_the_end(tmp_path, steady, expected):
+    csv(tmp_path)
+    csv(tmp_path, "silk_40.csv", FRAME.drop(columns="left"))
+    text = f"{FILES}{steady}\n{TIMED}"
+    whole, broken = described(tmp_path, text).recordings().recordings
+    assert (whole.steady_s, broken.steady_s) == (expected, None)
+
+
 def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
     csv(tmp_path)
     described(tmp_path, FILES + TIMED)
@@ -135,6 +147,7 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({'pattern = "{texture}_{speed}.csv"': "regex = '(?P<texture>'"}, "no pattern: missing"),
         ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),
         ({TIMED: "steady_s = [3.0, 2.0]\n"}, "steady_s must start before it stops"),
+        ({TIMED: "steady_s = [0.0, 0.0]\n"}, "steady_s must start before it stops"),
         ({TIMED: "sample_rate_hz = -5\n"}, "sample_rate_hz"),
         ({TIMED: "resample_hz = 300\n"}, "resample_hz needs the time column"),
         ({TIMED: 'time = "t"\nlongest_gap_ms = 3\n'}, "longest_gap_ms goes with resample_hz"),

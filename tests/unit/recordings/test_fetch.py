@@ -1,12 +1,15 @@
 """Public data sets from a server that answers, breaks off, changes its mind, or is full of lies."""
 
 import json
+import re
+from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
 import pytest
 
 from afferents.errors import InputError
+from afferents.recordings.described import PACKAGED
 from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch import fetch as fetching
 from afferents.recordings.fetch.archives import ARCHIVES, format_manifest, read_manifest
@@ -188,6 +191,56 @@ def test_a_server_that_has_nothing(site, archive, tmp_path):
         go(archive, tmp_path, url="http://127.0.0.1:9/")
 
 
+@pytest.fixture
+def hub(site):
+    """A data set as the Hugging Face hub lists and serves it, on two pages."""
+    tree, raw = "/api/datasets/touch/set/tree/main", "/datasets/touch/set/resolve/main"
+    files = {f"sensor_data/accel/{name}": RNG.bytes(9_000) for name in ("0/a.parquet", "1/b c.x")}
+    site.files = {f"{raw}/{path}": content for path, content in files.items()}
+    listed = [{"type": "file", "path": path, "size": 9_000} for path in files]
+    listed[0]["lfs"] = {"oid": sha256(files["sensor_data/accel/0/a.parquet"]).hexdigest()}
+    folder = {"type": "directory", "path": "sensor_data/accel/0", "size": 0}
+    url = f"{tree}/sensor_data/accel"
+    site.pages = {url: json.dumps([folder, listed[0]]), "/goes-on": json.dumps([listed[1]])}
+    site.next = {url: "/goes-on"}
+    return replace(ARCHIVES["cluster-haptic-accel"], url=site.url + url), files
+
+
+def test_a_folder_of_the_hub(site, hub, tmp_path):
+    archive, files = hub
+    plan, found = go(archive, tmp_path / "d")
+    assert here(tmp_path / "d") == files
+    assert (found.fetched, found.n_bytes) == (2, 18_000)
+    said = " ".join(plan.describe())
+    assert "Licence: CC BY 4.0." in said
+    assert "2 file(s), 18.0 kB, listed by" in said
+    assert "Of 1 no checksum is known" in said
+    path = next(iter(site.files))
+    site.files[path] = bytes(9_000)
+    with pytest.raises(InputError, match=r"a\.parquet: expected the file with SHA-256"):
+        go(archive, tmp_path / "again")
+
+
+@pytest.mark.parametrize("answer", ["<html>", '{"error": "gone"}', '[{"type": "file"}]', "[7]"])
+def test_what_is_no_list_of_the_hub_is_refused(site, hub, tmp_path, answer):
+    archive, _ = hub
+    site.pages = dict.fromkeys(site.pages, answer)
+    with pytest.raises(InputError, match="the hub's list of files, found another answer; see"):
+        go(archive, tmp_path)
+
+
+def test_where_the_hub_is_asked():
+    """The list's form is what tells it from a landing page."""
+    for name in ("cluster-haptic-accel", "cluster-haptic-audio"):
+        url = ARCHIVES[name].url
+        assert re.fullmatch(
+            r"https://[^/]+/api/datasets/[^/]+/[^/]+/tree/main/sensor_data/\w+", url
+        )
+        assert url.endswith(name.rpartition("-")[2])
+        assert name in PACKAGED
+        assert name in ARCHIVES[name].next_step
+
+
 def test_the_list_of_fabricslide_is_whole():
     archive = ARCHIVES["fabricslide"]
     files = read_manifest(archive.manifest, archive.url)
@@ -211,4 +264,4 @@ def test_the_command(site, tmp_path, run):
     code, out, _ = run(*given, "--quiet")
     assert out.splitlines()[1] == f"Next: afferents inspect fabricslide:{folder}"
     code, _, err = run("fetch", "nothing", tmp_path)
-    assert (code, "one of pestell2022, fabricslide, found 'nothing'" in err) == (2, True)
+    assert (code, "one of pestell2022, fabricslide, cluster-haptic-acc" in err) == (2, True)

@@ -111,6 +111,7 @@ def format_manifest(files: Iterable[RemoteFile]) -> str:
 
 # Public data sets that `afferents fetch` knows: a row each.
 
+_CLUSTER = "https://huggingface.co/api/datasets/tamago117/cluster-haptic-texture-dataset/tree/main"
 FABRICSLIDE_COMMIT = "eceb7716027cd1bcb5e614927f4cc2d0904adb25"
 
 
@@ -129,8 +130,8 @@ class Archive:
     licence
         As far as it is known here; where it is empty, the landing page is asked.
     url
-        What is asked: a DOI's address or a landing page, or, with a `manifest`, what the paths in
-        that count from.
+        What is asked: a DOI's address, a landing page or a folder of a hub, or, with a `manifest`,
+        what the paths in that count from.
     key
         Its name on the server; see `listing.list_files`.
     manifest
@@ -173,6 +174,17 @@ _ROWS = (
         manifest=Path(__file__).parent / "fabricslide.txt",
         extent=f"its CSV files at commit {FABRICSLIDE_COMMIT[:10]}, nothing else of the repository",
         next_step="afferents inspect fabricslide:{folder}",
+    ),
+    *(
+        Archive(
+            f"cluster-haptic-{kind}",
+            f"Cluster Haptic Texture Dataset, Eguchi et al. (2026): 118 surfaces, the {what}",
+            page="https://doi.org/10.6084/m9.figshare.29438288",
+            url=f"{_CLUSTER}/sensor_data/{kind}",
+            licence="CC BY 4.0",
+            next_step=f"afferents inspect cluster-haptic-{kind}:{{folder}}",
+        )
+        for kind, what in (("accel", "acceleration"), ("audio", "sound"))
     ),
 )
 ARCHIVES: Mapping[str, Archive] = MappingProxyType({one.name: one for one in _ROWS})

@@ -289,7 +289,8 @@ def fetch(
     Parameters
     ----------
     name
-        ``pestell2022``, the recordings of the paper, or ``fabricslide``.
+        ``pestell2022``, the recordings of the paper, ``fabricslide``, ``cluster-haptic-accel`` or
+        ``cluster-haptic-audio``.
     folder
         Where it goes.
     url

@@ -1,10 +1,11 @@
-"""Which files a data set has: asked of its landing page, or of folders that a web server shows."""
+"""Which files a data set has: asked of its landing page, a folder of a web server, or a hub."""
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any, NamedTuple
-from urllib.parse import unquote, urldefrag, urljoin, urlsplit
+from urllib.parse import quote, unquote, urldefrag, urljoin, urlsplit
 
 from afferents.errors import InputError
 from afferents.plugins import import_extra
@@ -19,6 +20,10 @@ ANY_WAY_ROUND = (
 MOST_PAGES = 1000
 """So many pages of folders are read at most."""
 _PLAIN = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
+_HUB = re.compile(r"(?P<site>.+)/api/(?P<set>datasets/[^/]+/[^/]+)/tree/(?P<revision>[^/]+).*")
+"""A folder as the Hugging Face hub lists it."""
+_RAW = r"\g<site>/\g<set>/resolve/\g<revision>/"
+"""What the paths in that list count from."""
 _LICENCES = ("creativecommons.org/", "nationalarchives.gov.uk/", "opendatacommons.org/")
 
 
@@ -65,7 +70,7 @@ class Listing(NamedTuple):
     Attributes
     ----------
     files
-        By path; none has a checksum.
+        By path; a hub alone says checksums.
     licence
         As the page names it; empty where it names none.
     page
@@ -108,7 +113,8 @@ def list_files(url: str, name: str) -> Listing:
     Parameters
     ----------
     url
-        A DOI's address, the landing page that it leads to, the folder itself, or one archive.
+        A DOI's address, the landing page that it leads to, the folder itself, one archive, or a
+        folder of a data set of the Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``.
     name
         The data set's name on the server: files lie below ``.../datasets/NAME/``, or below `url`
         itself. Where the page links to none of them, but to one archive of all, as data.bris does
@@ -123,6 +129,8 @@ def list_files(url: str, name: str) -> Listing:
     if is_packed(urlsplit(url).path):
         return Listing([_named(url)], "", url)
     with import_web().Session() as session:
+        if hub := _HUB.fullmatch(url):
+            return Listing(list(_on_hub(session, url, hub.expand(_RAW))), "", url)
         page = ask(session, url)
         landing, found = page.url, _links_in(page)
         base = _folder_of(landing, found.links, name)
@@ -141,6 +149,27 @@ def list_files(url: str, name: str) -> Listing:
         raise InputError(f"{landing}: expected {expected}, found {there}; {ANY_WAY_ROUND}")
     paths = [(path_within(unquote(file.removeprefix(base)), landing), file) for file in files]
     return Listing([RemoteFile(*one) for one in paths], found.licence, landing)
+
+
+def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
+    """Yield the files below a folder, of which the hub lists a thousand a page, with checksums."""
+    page = f"{url}?recursive=true"
+    while page:
+        answer = ask(session, page)
+        try:
+            listed = [
+                (one["path"], one.get("lfs", {}).get("oid"), one["size"])
+                for one in answer.json()
+                if one["type"] == "file"
+            ]
+        except (ValueError, TypeError, KeyError) as error:
+            raise InputError(
+                f"{page}: expected the hub's list of files, found another answer; {ANY_WAY_ROUND}"
+            ) from error
+        for path, sha256, n_bytes in listed:
+            within = path_within(path, url)
+            yield RemoteFile(within, base + quote(within), sha256, n_bytes)
+        page = answer.links.get("next", {}).get("url")
 
 
 def _archive_among(links: list[str], name: str) -> str | None:
