@@ -34,6 +34,12 @@ from .exponent import (
 from .exponent import (
     spectral_exponent as spectral_exponent,
 )
+from .gaps import (
+    left_out as left_out,
+)
+from .gaps import (
+    without_gaps as without_gaps,
+)
 from .natural.nwb import (
     read_nwb as read_nwb,
 )

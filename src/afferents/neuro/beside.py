@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
 from afferents.neuro.figures import beside_figure
+from afferents.neuro.gaps import left_out, without_gaps
 from afferents.neuro.speed import match_by_class, match_sentences, stretch_match
 from afferents.spikes.population import Spikes, joined
 
@@ -153,10 +154,10 @@ class Beside(NamedTuple):
     ----------
     tables
         `beside_stretch` has both made alike, `natural_stretch` all fibres on all textures, and
-        `beside_resolution` what is read from both, if any fibre was recorded in every trial. Those
+        `beside_resolution` what is read from both, if anything is left of `without_gaps`. Those
         of both have a column `population`: ``artificial`` or ``natural``.
     figure
-        None where no fibre was recorded in every trial.
+        None where nothing is.
     """
 
     tables: dict[str, pd.DataFrame]
@@ -167,8 +168,8 @@ class Beside(NamedTuple):
 def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, source: str) -> Beside:
     """Read texture from both, from as many textures, speeds, units and seconds of each.
 
-    Trains are matched across speeds with what was recorded; decoding needs units that were
-    recorded in every trial.
+    Trains are matched across speeds with what was recorded, texture is decoded from what
+    `without_gaps` keeps of it.
 
     Raises
     ------
@@ -189,10 +190,13 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
         *match_sentences(alone, _ALL),
     ]
     try:
-        whole = dict(zip(names, matched(artificial, natural, seed), strict=True))
+        complete = without_gaps(natural)
+        whole = dict(zip(names, matched(artificial, complete, seed), strict=True))
     except InputError as gaps:
         said = f"Texture can't be decoded from the fibres' rates and bins ({gaps})."
         return Beside(tables, None, [*sentences, said])
+    if complete is not natural:
+        sentences.append(left_out(natural, complete))
     shortest = min(float(one.trials["duration_s"].min()) for one in whole.values())
     window_s = min(window_s, shortest * _SHARE)
     resolution = pd.concat(

@@ -38,7 +38,11 @@ MOST_WINDOWS = 8
 
 
 def decode(
-    windows: Spikes, resolution_s: float, across: Across, seed: int = 0
+    windows: Spikes,
+    resolution_s: float,
+    across: Across,
+    seed: int = 0,
+    tested: float | None = None,
 ) -> dict[float, float]:
     """Return the share of windows whose texture is recognised, by the speed tested.
 
@@ -54,14 +58,20 @@ def decode(
         tested on the second; from all but one repetition where there are several.
     seed
         Of the principal components.
+    tested
+        Only this speed is tested, mm/s; None for all.
 
     Raises
     ------
     InputError
         If there are fewer than two textures or, across speeds, than two speeds, a speed is not
-        known, there are too few windows to learn from, or bins are finer than the units' times.
+        known or not there, there are too few windows to learn from, or bins are finer than the
+        units' times.
     """
     speeds = require_conditions(windows, across)
+    if tested is not None and tested not in speeds:
+        there = ", ".join(f"{speed:g}" for speed in speeds)
+        raise InputError(f"tested: expected a speed of the trials ({there}), found {tested:g}")
     if resolution_s < _SLACK * _finest(windows):
         wanted = f"bins of {_finest(windows):.3g} s or more, as finely as these units fire"
         raise InputError(f"resolution: expected {wanted}, found {resolution_s:g} s")
@@ -69,6 +79,8 @@ def decode(
     texture = windows.trials["texture"].to_numpy(str)
     found: dict[float, list[NDArray[np.bool_]]] = {}
     for speed, train, test in folds(windows, speeds, across):
+        if tested is not None and speed != tested:
+            continue
         if len(train) <= len(np.unique(texture)):
             there = f"{len(train)} windows of {len(np.unique(texture))} textures"
             wanted = "more windows than textures to learn from"
@@ -84,10 +96,12 @@ def accuracy_by_resolution(
     window_s: float = WINDOW_S,
     n_units: int = 8,
     seed: int = 0,
+    stretched: bool = False,
 ) -> pd.DataFrame:
     """Return how well texture is recognised at each resolution, for each class and held-out part.
 
-    Units that were not recorded in every trial are left out. So are resolutions finer than a class'
+    Units that were not recorded in every trial are left out; `without_gaps` leaves out textures
+    and repetitions as well, where that keeps more. So are resolutions finer than a class'
     own (`resolution_s` of its units: a frame's duration, of a camera): spikes between two frames
     are interpolation.
 
@@ -95,21 +109,40 @@ def accuracy_by_resolution(
     ----------
     n_units
         Of each class, drawn at random with the seed: as many of each, so that classes compare.
+    stretched
+        Whether speeds are held out in a second way as well: trains are stretched to the speed
+        tested by the ratio of the speeds before windows are cut, so that each window is as much of
+        the surface. What units resolve is stretched, too.
 
     Returns
     -------
     pandas.DataFrame
-        `class`, `across`, `resolution_s`, `accuracy`, `low`, `high` (95%, Student's t over the
-        speeds tested, which share most of what was learnt from), `chance`, `n_units`.
+        `class`, `across` (``speeds``, ``windows`` or ``stretched``), `resolution_s` (at the speed
+        tested), `accuracy`, `low`, `high` (95%, Student's t over the speeds tested, which share
+        most of what was learnt from), `chance`, `n_units`, and `n_trials` that windows were cut of.
+
+    Raises
+    ------
+    InputError
+        As `decode`; if no unit of a class was recorded in every trial; if a trial is shorter than
+        a window, as it is or stretched.
     """
     rows = []
     for name, units in _classes(spikes, n_units, seed):
-        windows = cut_windows(units, window_s, MOST_WINDOWS)
-        for resolution_s in _possible(resolutions_s, units, window_s):
-            for across in _parts(windows):
-                by_speed = decode(windows, resolution_s, across, seed)
-                given = {"class": name, "across": across, "resolution_s": resolution_s}
-                rows.append({**given, **summary(by_speed), "n_units": units.n_units})
+        whole = cut_windows(units, window_s, MOST_WINDOWS)
+        cut: dict[str, dict[float | None, Spikes]] = {part: {None: whole} for part in _parts(whole)}
+        if stretched:
+            cut["stretched"] = _stretched_windows(units, window_s)
+        n = {"n_units": units.n_units, "n_trials": units.n_trials}
+        for part, by_tested in cut.items():
+            finest = max(by_tested.values(), key=_finest)
+            for resolution_s in _possible(resolutions_s, finest, window_s):
+                by_speed: dict[float, float] = {}
+                for tested, windows in by_tested.items():
+                    across: Across = "windows" if part == "windows" else "speeds"
+                    by_speed |= decode(windows, resolution_s, across, seed, tested)
+                given = {"class": name, "across": part, "resolution_s": resolution_s}
+                rows.append({**given, **summary(by_speed), **n})
     return pd.DataFrame(rows).assign(chance=1 / spikes.trials["texture"].nunique())
 
 
@@ -264,6 +297,15 @@ def _classes(spikes: Spikes, n_units: int, seed: int) -> Iterator[tuple[str, Spi
         yield name, some_units(whole, n_units, np.random.default_rng(seed))
 
 
+def _stretched_windows(units: Spikes, window_s: float) -> dict[float | None, Spikes]:
+    """Return by each speed the windows of trains that were stretched to it."""
+    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
+    return {
+        float(one): cut_windows(units.stretched(speed / one), window_s, MOST_WINDOWS)
+        for one in require_conditions(units)
+    }
+
+
 def _finest(units: Spikes) -> float:
     return float(units.units["resolution_s"].max())
 
@@ -311,7 +353,8 @@ def cut_windows(spikes: Spikes, window_s: float, most: int | None = None) -> Spi
     if shortest < window_s - 1e-9:
         found = f"a trial of {shortest:g} s"
         raise InputError(
-            f"spikes: expected trials of at least a window, {window_s:g} s, found {found}"
+            f"spikes: expected trials of at least a window, {window_s:g} s, found {found}; choose "
+            "shorter windows"
         )
     parts = []
     for trial, duration_s in enumerate(spikes.trials["duration_s"]):
@@ -350,6 +393,7 @@ def always_recorded(spikes: Spikes, name: str) -> Spikes:
         found = f"{units.n_units} with gaps"
         wanted = f"units of class {name} that were recorded in every trial"
         raise InputError(
-            f"spikes: expected {wanted}, found {found}; leave out textures or trials with gaps"
+            f"spikes: expected {wanted}, found {found}; leave out textures and trials with gaps, "
+            "as without_gaps does"
         )
     return whole

@@ -330,12 +330,14 @@ class Spikes:
 
         A drum at half the speed passes the same bumps in twice the time: by ``speed / other``, a
         train becomes what it would be at the other speed if spikes followed the surface alone.
+        What the units' times resolve is stretched by the greatest factor.
         """
         factor = np.broadcast_to(np.asarray(factors, np.float64), self.n_trials)
         per_spike = np.repeat(np.repeat(factor, self.n_units), np.diff(self.offsets))
         return replace(
             self,
             times=self.times * per_spike,
+            units=self.units.assign(resolution_s=self.units["resolution_s"] * factor.max()),
             trials=self.trials.assign(duration_s=self.trials["duration_s"] * factor),
         )
 

@@ -116,6 +116,38 @@ def as_cell():
     return cell
 
 
+FINGERTIP = {40.0: 2.0, 80.0: 1.0, 120.0: 0.8}
+"""Speeds, mm/s, and how long recordings last, s."""
+_EMPTY = [(0, 0), (0, 1), (1, 0)]
+
+
+@pytest.fixture
+def write_fingertip():
+    """Write fibres as the public file of the monkey's fingertip has them."""
+
+    def write(path, trains, recorded, classes):
+        """Trains by speed, texture, fibre and repetition; empty cells of each shape in turn."""
+        spikes, rates = np.empty((1, 3), object), np.empty((1, 3), object)
+        shapes = count()
+        for v, seconds in enumerate(FINGERTIP.values()):
+            cells = np.empty(trains.shape[1:], object)
+            rate = np.full(cells.shape, np.nan)
+            for at in np.ndindex(cells.shape):
+                times = trains[v][at] if recorded[v][at] else []
+                cells[at] = np.reshape(times, (-1, 1)) if len(times) else None
+                if not len(times):
+                    cells[at] = np.empty(_EMPTY[next(shapes) % 3])
+                if recorded[v][at]:
+                    rate[at] = len(times) / seconds
+            spikes[0, v], rates[0, v] = cells, rate
+        types = np.empty((len(classes), 1), object)
+        types[:, 0] = classes
+        scipy.io.savemat(path, {"spikes": spikes, "rates": rates, "neuron_types": types})
+        return path
+
+    return write
+
+
 TRIALS = [("denim", 4.0, 10.0, 11.0), ("silk", 4.0, 11.0, 11.5), ("denim", 4.0, 20.0, 21.0)]
 
 

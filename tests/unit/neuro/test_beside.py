@@ -1,11 +1,14 @@
 """Artificial units beside natural fibres: made alike, and said in sentences of true numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from tests.unit.neuro.test_analysis import fibres
 
 from afferents.errors import InputError
+from afferents.neuro import left_out, without_gaps
 from afferents.neuro.beside import alike, beside, matched
 from afferents.neuro.neural import sentences_of
 from afferents.spikes import Spikes
@@ -48,17 +51,31 @@ def test_sentences_say_what_the_tables_hold():
 
 
 def test_fibres_with_gaps_are_put_beside_artificial_units():
-    """No fibre is there in every trial: trains are matched all the same, decoding says why not."""
+    """No fibre is there in every trial: trains are matched, and decoded from what is whole."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert "beside_resolution" not in found.tables
     assert "6 textures of each; 17 SA, 15 RA, 7 PC of each" in found.sentences[0]
     assert "were not recorded" in found.sentences[0]
     by = found.tables["beside_stretch"].set_index(["class", "population", "stretched"])["accuracy"]
     for population in ("artificial", "natural"):
         assert by["SA", population, True] > 0.7 > by["SA", population, False]
-    assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
     assert set(found.tables["natural_stretch"]["n_textures"]) == {8}
+    resolution = found.tables["beside_resolution"]
+    assert set(resolution["population"]) == {"artificial", "natural"}
+    assert resolution.groupby("class")["n_units"].nunique().eq(1).all()
+    assert found.sentences[-1] == left_out(natural, without_gaps(natural))
+
+
+def test_fibres_that_share_nothing_are_matched_alone():
+    """No fibre was recorded on a texture at every speed: at the fastest, or at the others."""
+    artificial, natural = fibres(0.0, textures=4, units=8), fibres(0.0, textures=4, units=8)
+    texture = natural.trials["texture"].str[1:].to_numpy(int)
+    speed = natural.trials["speed_mm_s"].to_numpy()
+    recorded = (texture[:, None] + np.arange(8)) % 2 == (speed[:, None] > 100)
+    found = beside(artificial, replace(natural, recorded=recorded), 0.2, 0, "made")
+    assert "beside_resolution" not in found.tables
+    assert found.figure is None
+    assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
 
 
 def test_without_gaps_decoding_stands_beside_as_well():

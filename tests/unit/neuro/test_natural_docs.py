@@ -37,17 +37,24 @@ def described(tmp_path, write_mat, trains, as_cell):
 
 
 @pytest.mark.parametrize("write_mat", ["v5"], indirect=True)
-def test_the_page_runs_from_top_to_bottom(described, written, other, monkeypatch, capsys):
+def test_the_page_runs_from_top_to_bottom(
+    described, written, other, write_fingertip, trains, monkeypatch, capsys
+):
     pytest.importorskip("neo")
     monkeypatch.chdir(described.parent)
     shutil.copy(written, "session.nwb")
     shutil.copy(other, "other.nwb")
+    four = trains.transpose(2, 1, 0, 3)
+    recorded = np.frompyfunc(lambda one: one is not None, 1, 1)(four).astype(bool)
+    short = np.frompyfunc(lambda one: one if one is None else one[one < 0.8], 1, 1)(four)
+    write_fingertip("RawPAFData.mat", short, recorded, ["SA1", "SA1", "RA", "PC"])
     names = {}
     blocks = shown("python")
-    assert len(blocks) == 4
+    assert len(blocks) == 6
     for block in blocks:
         exec(block, names)
     said = capsys.readouterr().out
     assert "4 fibres (2 SA, 1 RA, 1 PC), 3 textures at 40, 80, 120 mm/s." in said
+    assert "Without gaps: 2 of 2 SA, 1 of 1 RA, 0 of 1 PC units, 3 of 3 textures" in said
     np.testing.assert_allclose(names["again"].times, names["spikes"].times)
     assert names["other"].n_trials == 3

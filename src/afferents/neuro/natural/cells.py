@@ -29,8 +29,13 @@ Place = tuple[int, ...]
 """A number along each axis, in the order of `Cells.axes`."""
 
 
-def trains_in(content: Any, cells: Cells, where: Path) -> xr.DataArray:
+def trains_in(content: Any, cells: Cells, where: Path, rates: Any = None) -> xr.DataArray:
     """Return the spike times that a variable holds, s; None where nothing was recorded.
+
+    Parameters
+    ----------
+    rates
+        What the variable `cells.rates` holds; it is used if that is named.
 
     Returns
     -------
@@ -40,8 +45,8 @@ def trains_in(content: Any, cells: Cells, where: Path) -> xr.DataArray:
     Raises
     ------
     InputError
-        If levels are not nested as described, times are no numbers, or it is not said what empty
-        cells are.
+        If levels are not nested as described, times are no numbers, it is not said what empty
+        cells are, or rates contradict the times.
     """
     if not cells.levels:
         raise InputError(
@@ -53,18 +58,63 @@ def trains_in(content: Any, cells: Cells, where: Path) -> xr.DataArray:
     for place, leaf in found:
         trains[place] = _times(leaf, place, cells, where)
     empty = [at for at, _ in found if trains[at] is not None and not len(trains[at])]
-    if empty and cells.empty is None:
+    if cells.rates is not None:
+        _leave_out_unrecorded(trains, rates, empty, cells, where)
+    elif empty and cells.empty is None:
         raise InputError(
             f"{where}: expected in [spikes] of the description what empty cells are, found "
             f"{len(empty)} empty cells, the first at {_named(empty[0], cells.axes)}; add empty = "
             "'silence' (recorded, no spike) or empty = 'gap' (not recorded)"
         )
-    if cells.empty == "gap":
+    elif cells.empty == "gap":
         for at in empty:
             trains[at] = None
     if all(train is None for train in trains.flat):
         raise InputError(f"{where}: expected spikes in '{cells.variable}', found gaps alone")
     return xr.DataArray(trains, dims=cells.axes)
+
+
+_OTHERWISE = "or leave out rates in [spikes], and say what empty cells are"
+
+
+def _leave_out_unrecorded(
+    trains: NDArray[Any], rates: Any, empty: list[Place], cells: Cells, where: Path
+) -> None:
+    """Make gaps of the empty trials whose rate is NaN; refuse rates that contradict the times."""
+    sizes = iter(trains.shape)
+    levels = [[next(sizes) for _ in names] for names in cells.levels]
+    try:
+        found = _numbers_in(rates, levels)
+    except (TypeError, ValueError):
+        expected = f"a number for each of {' x '.join(map(str, trains.shape))} trials"
+        raise InputError(
+            f"{where}: expected {expected} in '{cells.rates}', nested as '{cells.variable}', found "
+            f"others; {_OTHERWISE}"
+        ) from None
+    for at in np.ndindex(trains.shape):
+        n = 0 if trains[at] is None else len(trains[at])
+        if (n > 0) != (found[at] > 0) and (n > 0 or cells.cut is None):  # all may be cut off
+            raise InputError(
+                f"{where}: expected spikes where '{cells.rates}' is above 0 and none elsewhere, "
+                f"found {n} spikes and a rate of {found[at]:g}{_at(at, cells.axes)}; {_OTHERWISE}"
+            )
+    gaps = [at for at in empty if np.isnan(found[at])]
+    if empty and not gaps:
+        raise InputError(
+            f"{where}: expected NaN in '{cells.rates}' for trials that were not recorded, found "
+            f"none in {len(empty)} empty cells; {_OTHERWISE}"
+        )
+    for at in gaps:
+        trains[at] = None
+
+
+def _numbers_in(content: Any, levels: list[list[int]]) -> NDArray[np.float64]:
+    """Return numbers in cells of these sizes, a list a level, as one array."""
+    array = np.asarray(content)
+    sizes = [n for level in levels for n in level]
+    if array.dtype.kind != "O":
+        return array.astype(np.float64).reshape(sizes)
+    return np.stack([_numbers_in(one, levels[1:]) for one in array.ravel()]).reshape(sizes)
 
 
 def _leaves(
@@ -161,9 +211,10 @@ def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Sp
         described.fibres.classes, described.fibres.names, trials.textures, trials.speeds_mm_s,
         trials.duration_s, *trials.conditions.values(),
     )  # fmt: skip
-    names = {cells.variable, *(one for one in labels if isinstance(one, str))}
+    names = {cells.variable, *(one for one in (*labels, cells.rates) if isinstance(one, str))}
     variables = read_variables(file, *sorted(names))
-    trains = trains_in(variables[cells.variable], cells, file)
+    rates = variables.get(cells.rates or "")
+    trains = trains_in(variables[cells.variable], cells, file, rates)
     axes = [str(axis) for axis in trains.dims if axis != "fibre"]
     known = _Conditions(dict(trains.sizes), variables, description)
     units, table = known.units(described.fibres), known.trials(trials, cells, axes)
@@ -193,7 +244,8 @@ class _Conditions:
         """Return a row a trial: texture, speed, duration, repetition and conditions."""
         sizes = [self._sizes[axis] for axis in axes]
         places = pd.DataFrame(np.indices(sizes).reshape(len(axes), -1).T, columns=axes)
-        textures = [as_text(t) for t in self._labels("texture", trials.textures, "textures")]
+        named = trials.textures or tuple(range(1, self._sizes["texture"] + 1))
+        textures = [as_text(one) for one in self._labels("texture", named, "textures")]
         if twice := sorted({name for name in textures if textures.count(name) > 1}):
             raise InputError(
                 f"{self._where}: expected textures of different names, found two named '{twice[0]}'"

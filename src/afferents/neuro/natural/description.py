@@ -40,7 +40,10 @@ class Cells(_Part):
         Of times.
     empty
         Whether an empty cell is a trial without spikes or one that was not recorded. It must be
-        said if there are empty cells.
+        said if there are empty cells and no `rates`.
+    rates
+        A variable with each trial's rate or number of spikes, nested as times are: NaN for a trial
+        that was not recorded, 0 for one without spikes. It goes before `empty`.
     unsorted
         Whether times out of order are refused or sorted.
     cut
@@ -52,6 +55,7 @@ class Cells(_Part):
     levels: tuple[tuple[_Name, ...], ...] = ()
     unit: Literal["s", "ms", "us"] = "s"
     empty: Literal["silence", "gap"] | None = None
+    rates: _Name | None = None
     unsorted: Literal["refuse", "sort"] = "refuse"
     cut: tuple[float, float] | None = None
 
@@ -98,7 +102,7 @@ class Trials(_Part):
     Attributes
     ----------
     textures
-        Names, in the order of the cells.
+        Names, in the order of the cells; numbered from 1 if not given.
     speeds_mm_s
         One for each speed in the cells, or one for all.
     speed_unknown

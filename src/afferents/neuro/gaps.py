@@ -1,0 +1,113 @@
+"""Populations with gaps: fibres that were recorded one after another, on some textures, so often.
+
+Decoding compares what all units did, and a unit that was never recorded on a texture gives that
+texture away. So textures, units and repetitions are kept that make a whole; nothing is filled in.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.errors import InputError
+from afferents.spikes.population import Spikes, joined
+
+_OF_A_REPETITION = ("texture", "repetition", "duration_s", "recording")
+"""Columns of trials that don't say under which condition a texture was recorded."""
+
+
+def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
+    """Return textures, units and repetitions such that each unit was recorded in every trial.
+
+    Textures and units are left out, the one with the greatest share of gaps first (of equals the
+    unit), until each unit has every texture at every speed. Of a texture at a speed there are then
+    as many trials as every unit has of every texture, so that chance is one in the number of
+    textures. The first holds each unit's first recorded repetition, and so on. Units that were
+    recorded one after another are put together so: correlations between them mean nothing.
+
+    Parameters
+    ----------
+    spikes
+        With gaps; those without come back as they are.
+    repetitions
+        A unit that has fewer of a texture at a speed counts as not recorded on that texture. None
+        for that number which keeps most trains.
+
+    Returns
+    -------
+    Spikes
+        Trials last as long as the shortest of their texture and speed did.
+
+    Raises
+    ------
+    InputError
+        If fewer than two textures, or no unit, are left.
+    """
+    if spikes.recorded.all():
+        return spikes
+    names, texture = np.unique(spikes.trials["texture"].to_numpy(str), return_inverse=True)
+    by = [name for name in spikes.trials if name not in _OF_A_REPETITION]
+    condition = spikes.trials.groupby(by, dropna=False).ngroup().to_numpy()
+    counts = np.zeros((len(names), condition.max() + 1, spikes.n_units), np.int64)
+    np.add.at(counts, (texture, condition), spikes.recorded)
+    least = counts.min(axis=1)
+    numbers = range(1, int(least.max()) + 1) if repetitions is None else [max(repetitions, 1)]
+    kept = []
+    for number in numbers:
+        textures, units = _whole(least >= number)
+        if len(textures) > 1 and len(units):
+            n = counts[textures][:, :, units].min(axis=(0, 2))
+            kept.append((len(textures) * len(units) * n.sum(), textures, units, n))
+    if not kept:
+        times = "once" if repetitions is None else f"{repetitions} times"
+        raise InputError(
+            f"spikes: expected a unit that was recorded on 2 textures {times} or more at every "
+            "speed, found none; leave out a speed or ask for fewer repetitions"
+        )
+    _, textures, units, n = max(kept, key=lambda one: one[0])
+    return joined(
+        _together(spikes.select((texture == one) & (condition == at), units), n[at])
+        for one in textures
+        for at in range(len(n))
+    )
+
+
+def left_out(before: Spikes, after: Spikes) -> str:
+    """Say in a sentence what `without_gaps` kept: fibres, textures, repetitions and trains.
+
+    A train is one unit in one trial.
+    """
+    classes = before.units["class"].unique()
+    units = ", ".join(
+        f"{after.of_class(name).n_units} of {before.of_class(name).n_units} {name}"
+        for name in classes
+    )
+    n_textures = [one.trials["texture"].nunique() for one in (after, before)]
+    each = after.trials.groupby("speed_mm_s", dropna=False).size() / n_textures[0]
+    repetitions = ", ".join(f"{n:g} at {speed:g} mm/s" for speed, n in each.items())
+    return (
+        f"Without gaps: {units} units, {n_textures[0]} of {n_textures[1]} textures, repetitions "
+        f"{repetitions}; {after.recorded.sum()} of {before.recorded.sum()} recorded trains."
+    )
+
+
+def _whole(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows and columns that are left when none of them has a gap any more."""
+    rows, columns = (np.arange(n) for n in there.shape)
+    while (gaps := ~there[np.ix_(rows, columns)]).any():
+        of_row, of_column = gaps.mean(axis=1), gaps.mean(axis=0)
+        if of_row.max() > of_column.max():
+            rows = np.delete(rows, of_row.argmax())
+        else:
+            columns = np.delete(columns, of_column.argmax())
+    return rows, columns
+
+
+def _together(repeated: Spikes, n: int) -> Spikes:
+    """Return the first `n` repetitions of each unit as trials of all units."""
+    alike = repeated.window(0, float(repeated.trials["duration_s"].min()))
+    recorded = [np.flatnonzero(there)[:n] for there in alike.recorded.T]
+    trains = [
+        [alike.train(places[number], unit) for unit, places in enumerate(recorded)]
+        for number in range(n)
+    ]
+    trials = alike.trials.iloc[:n].drop(columns="recording", errors="ignore")
+    return Spikes.from_trains(trains, alike.units, trials.assign(repetition=range(n)))
