@@ -11,7 +11,7 @@ LOOSELY := --no-strict-optional $(patsubst %,--disable-error-code=%,arg-type ass
 # Two processes of one thread each, for two processors.
 TESTS := OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 
-.PHONY: install demo live docs results results-pages check lint test test-system test-processors slow bench package clean
+.PHONY: install demo live docs results results-pages check lint test test-system test-processors test-lerobot slow bench package clean
 
 install: $(VENV)/.installed
 
@@ -60,6 +60,9 @@ check:
 
 test-processors: install
 	sh scripts/test_processors.sh $(BIN)/python
+
+test-lerobot: install
+	sh scripts/test_lerobot.sh $(BIN)/python
 
 slow: install
 	$(BIN)/python -m pytest -m slow

@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
+from afferents.live.images import Pixels, in_colours
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.quality import Quality
@@ -132,7 +133,6 @@ def _line(prediction: Prediction) -> str:
 
 # What comes in: camera, SA-I, RA-I and spectrum in characters, and figures of quality.
 
-Pixels = NDArray[np.uint8]
 _MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
 """Widths that a picture of the camera may have, in characters."""
 _HEIGHT_SHARE = 0.55
@@ -144,11 +144,6 @@ _EDGE_PX = 32
 """The camera's picture is cut off round the markers, at multiples of this, px."""
 _LEAST_PX = 0.5
 """Maps are drawn from 0 to their largest value, but to this at least."""
-_CIVIDIS = np.array([
-    (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
-    (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),
-])  # fmt: skip
-"""Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
 
 
 def _views(video: VideoStream, console: Console) -> RenderableType:
@@ -196,10 +191,7 @@ def _map(image: NDArray[np.floating[Any]], most_lines: int) -> tuple[Pixels, flo
     """Return a tactile image in colours, (row, column, 3), and the value of the brightest."""
     most = max(float(image.max()), _LEAST_PX)
     step = -(-image.shape[0] // most_lines)  # rows left out where there are too many for a screen
-    share = np.clip(image[::step, ::step] / most, 0, 1) * (len(_CIVIDIS) - 1)
-    low = np.minimum(share.astype(int), len(_CIVIDIS) - 2)
-    part = (share - low)[..., None]
-    return np.asarray((1 - part) * _CIVIDIS[low] + part * _CIVIDIS[low + 1], np.uint8), most
+    return in_colours(image[::step, ::step], most), most
 
 
 def _blocks(pixels: Pixels) -> Text:
