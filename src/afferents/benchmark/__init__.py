@@ -5,6 +5,6 @@ A task is a data set, what of it is held out, and a seed: whoever runs it tests 
 
 from afferents.benchmark.entries import Entry, read_entries, table
 from afferents.benchmark.run import run
-from afferents.benchmark.tasks import Task, find_task, tasks
+from afferents.benchmark.tasks import Task, all_tasks, find_task
 
-__all__ = ["Entry", "Task", "find_task", "read_entries", "run", "table", "tasks"]
+__all__ = ["Entry", "Task", "all_tasks", "find_task", "read_entries", "run", "table"]

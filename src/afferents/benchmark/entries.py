@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from afferents.documents import as_form, parse_json
 from afferents.errors import InputError
 from afferents.files import write_text
+from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
 from afferents.reporting.tables import make_table, to_markdown
@@ -149,21 +150,21 @@ def read_entries(folder: Path) -> list[Entry]:
     return sorted(found, key=lambda entry: (entry.task, -entry.mean, entry.model))
 
 
-_COLUMNS = (
-    "model", "told the speed", "mean", "95% interval", "worst", "0.1 s", "0.5 s", "1 s", "4 s",
-    "whole", "s to 90%", "calibration error", "permuted", "shuffled", "offsets", "amplitudes",
-    "training, s", "prediction, ms",
+_ACCURACY = (
+    "told the speed", "mean", "95% interval", "worst", "0.1 s", "0.5 s", "1 s", "4 s", "whole",
+    "s to 90%",
 )  # fmt: skip
+_BESIDE = (*CONTROLS, "calibration", "samples", "training, s", "prediction, ms")
 
 
 def table(entries: Iterable[Entry]) -> pd.DataFrame:
     """Return a row an entry, of any tasks; accuracies in percent."""
-    rows = [(entry.task, *_row(entry)) for entry in entries]
-    return pd.DataFrame(rows, columns=["task", *_COLUMNS])
+    rows = [(entry.task, entry.model, *_accuracy(entry), *_beside(entry)) for entry in entries]
+    return pd.DataFrame(rows, columns=["task", "model", *_ACCURACY, *_BESIDE])
 
 
 def tables_by_task(entries: Iterable[Entry], titles: Mapping[str, str]) -> Iterator[pd.DataFrame]:
-    """Yield a table for each task, as reports and pages print them.
+    """Yield two tables for each task, as reports and pages print them: accuracy, and the rest.
 
     Parameters
     ----------
@@ -171,41 +172,60 @@ def tables_by_task(entries: Iterable[Entry], titles: Mapping[str, str]) -> Itera
         Of tasks, by name.
     """
     by_task: dict[str, list[Entry]] = {}
-    for entry in entries:
+    for entry in sorted(entries, key=lambda entry: -entry.mean):
         by_task.setdefault(entry.task, []).append(entry)
-    for name, its in by_task.items():
+    for name, its in sorted(by_task.items()):
         base, one = name.partition("@")[0], its[0]
         note = (
-            ""
-            if "@" not in name
-            else " These are other recordings than the task's own, so that "
-            "entries are comparable with one another alone."
-        )
-        yield make_table(
+            " These are other recordings than the task's own: entries are comparable with one "
+            "another alone."
+        ) * ("@" in name)
+        yield _printed(
             f"{name}: {titles.get(base, base)}",
-            f"Percent recognised; chance is {100 * one.chance:.1f}. {one.data.recordings} "
-            f"recordings{' (simulated)' if one.data.simulated else ''}. Intervals are drawn over "
+            f"Percent recognised, by length of touch and of whole recordings; chance is "
+            f"{100 * one.chance:.1f}. {one.data.recordings} recordings"
+            f"{' (simulated)' if one.data.simulated else ''}. Intervals are drawn over "
             f"{one.n_replicates} {one.replicate}s.{note}",
-            _COLUMNS,
-            [tuple(map(_shown, _row(entry))) for entry in its],
+            _ACCURACY,
+            {entry.model: _accuracy(entry) for entry in its},
+        )
+        yield _printed(
+            f"{name}: controls and cost",
+            f"Percent recognised under controls ({'; '.join(CONTROLS.values())}), calibration "
+            "error in percent, samples learnt from, and time.",
+            _BESIDE,
+            {entry.model: _beside(entry) for entry in its},
         )
 
 
-def _row(entry: Entry) -> tuple[Any, ...]:
+def _printed(
+    title: str, caption: str, columns: Iterable[str], rows: Mapping[str, tuple[Any, ...]]
+) -> pd.DataFrame:
+    shown = [
+        (model, *(f"{cell:g}" if isinstance(cell, int | float) else cell for cell in cells))
+        for model, cells in rows.items()
+    ]
+    return make_table(title, caption, ("model", *columns), shown)
+
+
+def _accuracy(entry: Entry) -> tuple[Any, ...]:
     low, high = entry.ci95
-    touches = [_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")]
-    names = ("permuted", "shuffled", "offsets", "amplitudes")
     return (
-        entry.model,
         {"nobody": "no", "robot": "yes", "fingertip": "measures it"}[entry.told_speed],
         _percent(entry.mean),
         f"{100 * low:.0f} to {100 * high:.0f}",
         f"{entry.worst.group}: {100 * entry.worst.accuracy:.0f}",
-        *touches,
+        *(_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")),
         _percent(entry.whole),
         entry.seconds_to_90,
+    )
+
+
+def _beside(entry: Entry) -> tuple[Any, ...]:
+    return (
+        *(_percent(entry.controls.get(name)) for name in CONTROLS),
         _percent(entry.ece),
-        *(_percent(entry.controls.get(name)) for name in names),
+        round(entry.train_samples),
         round(entry.train_seconds, 1),
         entry.prediction_ms,
     )
@@ -213,10 +233,6 @@ def _row(entry: Entry) -> tuple[Any, ...]:
 
 def _percent(share: float | None) -> float | None:
     return None if share is None else round(100 * share, 1)
-
-
-def _shown(cell: Any) -> Any:
-    return f"{cell:g}" if isinstance(cell, int | float) else cell
 
 
 def write_table(entries: Iterable[Entry], titles: Mapping[str, str], folder: Path) -> list[Path]:

@@ -29,9 +29,12 @@ from afferents.rig.simulate import simulate
 from afferents.version import __version__
 
 ENTRIES = "entries"
-_BASELINES = ("chance", "nearest", "quant")
-_BEFORE = "afferents.benchmark.baselines:"
-"""Where the models are that are there to be compared with, and for nothing else."""
+BASELINES = {
+    "chance": "afferents.benchmark.baselines:chance",
+    "nearest": "afferents.benchmark.baselines:nearest",
+    "quant": "afferents.benchmark.quant:quant",
+}
+"""Models that are there to be compared with, and for nothing else; where they are."""
 TOUCHES_S = (0.1, 0.5, 1.0, 4.0)
 _TRIED_S = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 _ENOUGH = 0.9
@@ -114,7 +117,7 @@ def _with_baselines(
     """Return models with the baselines by where they are."""
     listed = [models] if isinstance(models, str | Model) else list(models)
     each = [part for one in listed for part in (one.split(",") if isinstance(one, str) else [one])]
-    return [f"{_BEFORE}{one}" if one in _BASELINES else one for one in each]
+    return [BASELINES.get(one, one) if isinstance(one, str) else one for one in each]
 
 
 def _make(task: Task, store: Path, progress: Progress) -> None:
@@ -232,5 +235,6 @@ def _own(where: str) -> Own | None:
 
 
 def _command(task: Task, model: str, preset: str) -> str:
-    words = ("afferents", "benchmark", "run", task.name, "--models", model.removeprefix(_BEFORE))
+    short = {where: name for name, where in BASELINES.items()}
+    words = ("afferents", "benchmark", "run", task.name, "--models", short.get(model, model))
     return shlex.join((*words, "--preset", preset))

@@ -83,7 +83,7 @@ class Task(BaseModel):
         task = as_form({"name": name, **read_toml(path, "a task")}, cls, path, "a task")
         if task.data not in data_infos() and ":" not in task.data:
             task = task.model_copy(update={"data": str(path.parent / task.data)})
-        task.chosen  # noqa: B018  refuses what makes no sense
+        task.chosen.by  # noqa: B018  refuses what makes no sense
         return task
 
     @property
@@ -112,13 +112,15 @@ class Task(BaseModel):
         if self.info is None:
             return str(folder or self.data)
         there = folder or FOLDER / self.data
-        if not there.is_dir() and not self.info.made:
+        reads = self.info.reads.format(folder=there)
+        if not self.info.made and not Path(reads.rpartition(":")[2]).is_dir():
             get = self.info.get.format(folder=there)
             raise InputError(
-                f"{there}: expected {self.info.title} ({self.info.size}, licence: "
-                f"{self.info.licence}), found no such folder; {get}, or say where it is with --data"
+                f"{there}: expected {self.info.title} ({self.info.size}; licence: "
+                f"{self.info.licence}), found nothing of it; type '{get}', or say where it is with "
+                "--data"
             )
-        return self.info.reads.format(folder=there)
+        return reads
 
     def recordings(self, source: str) -> list[Responses]:
         """Return the recordings of its data that it is about.
@@ -166,7 +168,7 @@ def data_infos() -> dict[str, DataInfo]:
     return {name: DataInfo(**info) for name, info in found.items()}
 
 
-def tasks() -> dict[str, Task]:
+def all_tasks() -> dict[str, Task]:
     """Return the package's tasks by name, such as ``fabricslide/speed``."""
     paths = {
         path.relative_to(TASKS).with_suffix("").as_posix(): path for path in TASKS.rglob("*.toml")
@@ -184,7 +186,7 @@ def find_task(wanted: str) -> Task:
     """
     if wanted.endswith(".toml"):
         return Task.read(Path(wanted), Path(wanted).stem)
-    there = tasks()
+    there = all_tasks()
     if wanted not in there:
         raise InputError(
             f"the task: expected one of {', '.join(there)}, or a TOML file, found '{wanted}'"

@@ -28,10 +28,10 @@ def list_tasks(context: typer.Context, as_json: Json = False) -> None:
     """List tasks and their data: what they are, what is here, what to fetch, and the licence."""
     if context.invoked_subcommand is not None:
         return
-    from afferents.benchmark.tasks import FOLDER, data_infos, tasks
+    from afferents.benchmark.tasks import FOLDER, all_tasks, data_infos
     from afferents.reporting.tables import make_table
 
-    there, infos = tasks(), data_infos()
+    there, infos = all_tasks(), data_infos()
     of_tasks = make_table(
         "Tasks",
         "Run one with: afferents benchmark run TASK --models MODEL,FILE.py:NAME",
@@ -111,11 +111,11 @@ def table(
     as_json: Json = False,
 ) -> None:
     """Gather all entries of a folder into a table for each task."""
-    from afferents.benchmark import read_entries, tasks
+    from afferents.benchmark import all_tasks, read_entries
     from afferents.benchmark.entries import tables_by_task, write_table
 
     entries = read_entries(folder)
-    titles = {name: task.title for name, task in tasks().items()}
+    titles = {name: task.title for name, task in all_tasks().items()}
     written = write_table(entries, titles, out) if out else []
     found = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
     lines = [f"Written: {path}" for path in written]
