@@ -25,6 +25,7 @@ CLUSTER = "needs the set; on files of its form: test_the_cluster_set_is_learnt_f
 NTP = "needs the set; on files of its form: " + (
     "test_printed_textures_under_nine_taxels_are_learnt_from"
 )
+BENCHMARK = "needs data and entries; on a task of its own: tests/unit/benchmark"
 NOT_RUN = {
     "afferents fetch pestell2022 DATA": FETCHED,
     "afferents fetch fabricslide FABRIC": FETCHED,
@@ -50,6 +51,11 @@ NOT_RUN = {
     "--preset fast --protocol both --window-s 0.15 --stride-s 0.05 --fft-points 44100": (
         "needs recordings in which each drum turns once: test_results_name_the_split_and_its_arcs"
     ),
+    "afferents benchmark run rig/speed --models chance,sa-wave-vector": (
+        "simulates for a minute; on a smaller rig: test_the_rigs_task_makes_its_own_data"
+    ),
+    "afferents benchmark run fabricslide/speed --models vib-te-aug,mine.py:mine": BENCHMARK,
+    "afferents benchmark table": BENCHMARK,
     "afferents view SESSION 4/60 --store STORE": VIEWER,
     "afferents view STORE --save touch.rrd": VIEWER,
 }
