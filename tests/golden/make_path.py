@@ -89,7 +89,7 @@ def store(place: Path) -> dict[str, object]:
 
 def folds(results: Path) -> dict[str, object]:
     """Who learnt, validated and was tested, what leaked, how long was learnt."""
-    varying = {"seconds", "job_seconds", "torch", "history"}
+    varying = {"seconds", "job_seconds", "prediction_ms", "torch", "history"}
     return {
         "/".join(file.parts[-5:-1]): {
             name: value

@@ -175,13 +175,16 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
         return position
     row, column = places_of(position)
     kept = np.flatnonzero(_fullest(row, rows) & _fullest(column, columns))
-    for _ in range(2):  # what the first leaves out bends the rows and columns no longer
-        meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
-        off = meet(np.stack([column[kept], row[kept]], axis=1)) - position[kept]
-        away = np.hypot(*off.T)
-        near = away <= GATE_SHARE * spacing_px(position)
-        kept = _one_a_place(kept[near], away[near], row * (column.max() + 1) + column)
-    return np.asarray(position[kept])
+    meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
+    off = meet(np.stack([column[kept], row[kept]], axis=1)) - position[kept]
+    gate = GATE_SHARE * spacing_px(position)
+    kept = kept[np.hypot(*off.T) <= gate]
+    # What was left out bends the rows and columns no longer, nor is it counted as one of its own.
+    meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
+    first = np.array([column[kept].min(), row[kept].min()])
+    places = (first + np.argwhere(np.ones((columns, rows)))).astype(np.float64)
+    away, nearest = cKDTree(position).query(meet(places), distance_upper_bound=gate)
+    return np.asarray(position[np.unique(nearest[np.isfinite(away)])])
 
 
 def _fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
@@ -191,12 +194,3 @@ def _fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
     first = int(np.convolve(np.bincount(place), np.ones(n, dtype=int), "valid").argmax())
     inside: NDArray[np.bool_] = (place >= first) & (place < first + n)
     return inside
-
-
-def _one_a_place(
-    kept: NDArray[np.intp], away: NDArray[np.float64], place: NDArray[np.intp]
-) -> NDArray[np.intp]:
-    """Return of those kept the one in each place that is least away, in their order."""
-    by_place = kept[np.lexsort((away, place[kept]))]
-    _, first = np.unique(place[by_place], return_index=True)
-    return np.sort(by_place[first])

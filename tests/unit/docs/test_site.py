@@ -25,7 +25,7 @@ SUBCLASSED = (
     "afferents.encodings.base.Encoding",
     "afferents.models.base.Classifier",
 )
-ROOMS = {"plot", "live", "devices"}
+ROOMS = {"plot", "live", "devices", "benchmark"}
 """Modules among the names of `afferents`: what is in them is listed under their names."""
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -131,6 +131,7 @@ def test_rest_positions_beyond_10_px_are_the_references_under_published(clip, re
 
 
 @settings(max_examples=25, deadline=None)
+@example(roll_deg=0.0, barrel=0.03125, jitter=1.0, seed=5043, n_false=2)
 @given(
     roll_deg=st.floats(-30, 30),
     barrel=st.floats(0, 0.08),
