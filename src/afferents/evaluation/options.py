@@ -258,7 +258,7 @@ class EvaluationOptions(TrainingOptions):
     """Corrupt the recordings that are tested, in the words of --disturb-training."""
     control: Control = "none"
     """Take from all recordings what should tell textures apart: 'permuted' labels, time 'shuffled',
-    'offsets' or 'amplitudes' of channels alone. What is recognised all the same is no texture."""
+    'offsets' or 'amplitudes' of channels alone. What is recognised then rests on something else."""
     keep_going: bool = False
     """Skip recordings that fail, name them, and exit with code 3."""
     workers: int | None = Field(default=None, ge=1)

@@ -1,6 +1,6 @@
 """Controls: recordings from which was taken what should tell their textures apart.
 
-What is recognised all the same is no texture: it is chance, loudness, an offset of the day, or a
+What is recognised all the same rests on something else: loudness, an offset of the day, or a
 mistake of whoever made the data or the model.
 """
 

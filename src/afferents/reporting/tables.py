@@ -241,8 +241,8 @@ def controls_table(summary: Summary) -> pd.DataFrame | None:
     return make_table(
         "Controls",
         "Percent that a linear discriminant on log spectra recognises, each "
-        f"{summary.split.name} left out in turn. What is recognised without what should tell "
-        "textures apart is no texture. "
+        f"{summary.split.name} left out in turn. What is recognised all the same does not rest on "
+        "what was taken. "
         + " ".join(f"{text[:1].upper()}{text[1:]}." for text in CONTROLS.values()),
         ("What is left", "Accuracy"),
         rows,
