@@ -14,6 +14,7 @@ from afferents.files import write_text
 from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
+from afferents.reporting.page import render_tables
 from afferents.reporting.tables import make_table, to_markdown
 
 SUFFIX = ".jsonl"
@@ -236,10 +237,15 @@ def _percent(share: float | None) -> float | None:
 
 
 def write_table(entries: Iterable[Entry], titles: Mapping[str, str], folder: Path) -> list[Path]:
-    """Write all entries as ``table.md`` and ``table.csv``; return the files."""
+    """Write all entries as ``table.md``, ``table.csv`` and a page, ``table.html``."""
     there = list(entries)
+    tables = list(tables_by_task(there, titles))
+    texts = {
+        "table.md": "\n".join(map(to_markdown, tables)),
+        "table.csv": table(there).to_csv(index=False),
+        "table.html": render_tables("Benchmark", tables),
+    }
     folder.mkdir(parents=True, exist_ok=True)
-    written = [folder / "table.md", folder / "table.csv"]
-    write_text(written[0], "\n".join(to_markdown(one) for one in tables_by_task(there, titles)))
-    write_text(written[1], table(there).to_csv(index=False))
-    return written
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [folder / name for name in texts]

@@ -4,7 +4,7 @@ import base64
 import json
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import pandas as pd
@@ -50,6 +50,7 @@ from afferents.reporting.tables import (
     touches_table,
 )
 from afferents.store.trimming import written
+from afferents.version import __version__
 
 _UNITS = re.compile(r"(?<=\d) (?=(mm/s|mm|ms|s|px|Hz|MB)\b)")
 """Spaces between a number and its unit: a line must not break there."""
@@ -106,7 +107,24 @@ def render_report(
 
 
 def render(template: str, summary: About, **content: Any) -> str:
-    """Return a page: its template, filled in with what is of all pages and with `content`."""
+    """Return a page of results: its template, with what is of all of them and with `content`."""
+    return _filled(
+        template,
+        simulated=[data for data in summary.data if data.simulated],
+        skipped=summary.skipped,
+        accepted=summary.accepted,
+        data=summary.data,
+        version=summary.afferents,
+        **content,
+    )
+
+
+def render_tables(title: str, tables: Iterable[pd.DataFrame]) -> str:
+    """Return a page of tables alone."""
+    return _filled("tables.html", title=title, tables=list(tables), version=__version__)
+
+
+def _filled(template: str, **content: Any) -> str:
     environment = Environment(
         loader=PackageLoader("afferents.reporting", "."),
         autoescape=True,
@@ -115,15 +133,7 @@ def render(template: str, summary: About, **content: Any) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {"prose": keep_units, "heads": heads_of, "rows": _rows}
-    page: str = environment.get_template(template).render(
-        simulated=[data for data in summary.data if data.simulated],
-        skipped=summary.skipped,
-        accepted=summary.accepted,
-        data=summary.data,
-        citation=CITATION,
-        version=summary.afferents,
-        **content,
-    )
+    page: str = environment.get_template(template).render(citation=CITATION, **content)
     return page
 
 

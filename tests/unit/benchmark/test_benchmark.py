@@ -82,6 +82,7 @@ def test_entries_are_read_again_and_stand_in_a_table_best_first(entries, does):
     said = does("benchmark", "table", out / "entries", "--out", out / "tables")
     assert "order-te-speed-known" in said
     assert "controls" in (out / "tables/table.md").read_text()
+    assert "<td>no</td>" in (out / "tables/table.html").read_text()
     assert len((out / "tables/table.csv").read_text().splitlines()) == 4
 
 
