@@ -15,7 +15,7 @@ RUN pip wheel --no-cache-dir --no-deps --wheel-dir dist .
 FROM python:3.12-slim
 COPY --from=build /build/dist /build/constraints.txt /tmp/dist/
 RUN pip install --no-cache-dir --extra-index-url https://download.pytorch.org/whl/cpu \
-        --constraint /tmp/dist/constraints.txt "afferents[live] @ file://$(ls /tmp/dist/*.whl)" \
+        --constraint /tmp/dist/constraints.txt "afferents[train] @ file://$(ls /tmp/dist/*.whl)" \
     && rm -r /tmp/dist \
     && useradd --create-home --uid 1000 afferents \
     && install --directory --owner afferents /data

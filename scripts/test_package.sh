@@ -51,6 +51,13 @@ afferents --version
 afferents simulate session --textures 0,g,6 --speeds 20,40,60 --seconds 3 --workers 1 --quiet
 afferents inspect session >inspected.txt
 afferents extract session store.zarr --workers 1 --quiet
+! python -c "import torch" 2>/dev/null
+! afferents evaluate store.zarr --out results 2>needed.txt
+grep -q "pip install 'afferents\[train\]'" needed.txt
+
+echo "== with the extra train"
+python -m pip install --quiet --disable-pip-version-check -c "$constraints" \
+    "afferents[train] @ file://$(ls "$root"/dist/*.whl)"
 afferents evaluate store.zarr --out results --models sa-se,vib-te,ra-wave-vector \
     --protocol nested --preset quick --workers 1 --quiet
 afferents report results --quiet

@@ -23,6 +23,20 @@ help.
 Names are imported when first used, so that the command line starts without the networks.
 """
 
+from typing import Any
+
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from afferents.plugins import missing_extra
+
+_lazily, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for; say what to install where it needs packages for learning."""
+    try:
+        return _lazily(name)
+    except ImportError as error:
+        if (missing := missing_extra(error, f"afferents.{name}")) is not None:
+            raise missing from error
+        raise

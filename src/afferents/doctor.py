@@ -51,8 +51,8 @@ def _imported(name: str, missing: list[str]) -> ModuleType | None:
 
 
 def _computing(missing: list[str]) -> list[tuple[str, str]]:
-    """Return what torch finds; nothing where there is no torch."""
-    torch = _imported("torch", missing)
+    """Return what torch finds; nothing where there is none, which the extra `train` brings."""
+    torch = _imported("torch", missing) if _installed("torch") else None
     if torch is None:
         return []
     cuda = torch.cuda.is_available()
@@ -100,7 +100,7 @@ def _extra(extra: str) -> str:
         return (
             f"not there ({', '.join(absent)}); pip install -c constraints.txt 'afferents[{extra}]'"
         )
-    if extra in ("live", "record") and find_library("portaudio") is None:
+    if extra == "record" and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"
 

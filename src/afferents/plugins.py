@@ -32,6 +32,26 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     return modules[0]
 
 
+_OF_TRAIN = ("torch", "sklearn", "skops", "safetensors")
+"""Packages that learning needs, and nothing else: half of the gigabytes."""
+
+
+def missing_extra(error: ImportError, asked: str) -> InputError | None:
+    """Return what to install where a package that learning needs is missing; else None.
+
+    Parameters
+    ----------
+    asked
+        The option, command or name that needs it.
+    """
+    if (error.name or "").partition(".")[0] not in _OF_TRAIN:
+        return None
+    return InputError(
+        f"{asked}: expected the packages of the extra 'train', found {error!s}; "
+        "pip install 'afferents[train]'"
+    )
+
+
 # Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``.
 
 _of_files: set[str] = set()

@@ -15,14 +15,16 @@ def test_here_nothing_is_missing():
     rows, missing = doctor.diagnose()
     assert missing == []
     found = dict(rows)
-    assert {"accelerator", "torch build", "bfloat16", "codec h264", "torch", "av"} <= set(found)
+    assert {"accelerator", "torch build", "bfloat16", "codec h264", "onnxruntime", "av"} <= set(
+        found
+    )
     named = {what.removeprefix("extra ") for what in found if "extra " in what}
-    commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
+    commands = {"train", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
     assert named >= commands
     assert not named & {"dev", "docs"}
 
 
-@pytest.mark.parametrize("package", ["torch", "onnxruntime"])
+@pytest.mark.parametrize("package", ["onnxruntime", "skops"])
 def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
     """What only an extra needs is not missed."""
     installed = doctor.version
@@ -34,13 +36,13 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
 
     monkeypatch.setattr(doctor, "version", lacking)
     rows, missing = doctor.diagnose()
-    said = dict(rows)["torch" if package == "torch" else "extra live"]
-    if package == "torch":
+    said = dict(rows)["onnxruntime" if package == "onnxruntime" else "extra train"]
+    if package == "onnxruntime":
         assert (said, len(missing)) == ("missing", 1)
-        assert "pip install -c constraints.txt 'torch" in missing[0]
+        assert "pip install -c constraints.txt 'onnxruntime" in missing[0]
     else:
         assert missing == []
-        remedy = "not there (onnxruntime); pip install -c constraints.txt 'afferents["
+        remedy = "not there (skops); pip install -c constraints.txt 'afferents["
         assert said.startswith(remedy)
         assert dict(rows)["extra cluster"] == "there"
 
@@ -66,5 +68,5 @@ def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
     monkeypatch.delattr(os, "sysconf")
     rows, missing = doctor.diagnose()
     assert "soundfile cannot be imported (sndfile library not found)" in missing
-    assert "no PortAudio library" in dict(rows)["extra live"]
+    assert "no PortAudio library" in dict(rows)["extra record"]
     assert dict(rows)["memory"] == "unknown"

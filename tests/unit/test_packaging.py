@@ -15,8 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ON_CONDA_FORGE = {
     "matplotlib": "matplotlib-base",
     "opencv-python-headless": "py-opencv",
+    "sounddevice": "python-sounddevice",
     "soundfile": "pysoundfile",
-    "torch": "pytorch",
 }
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 

@@ -24,6 +24,7 @@ from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.folds.controls import CONTROLS
 from afferents.models.model import Model, models_in
+from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
 from afferents.version import __version__
@@ -81,6 +82,7 @@ def run(
         If a model sees anything of what is held out: samples, speeds, or, under permuted labels,
         the labels of the test.
     """
+    import_extra("train", "benchmark", "torch", "sklearn")
     task = find_task(task) if isinstance(task, str) else task
     asked = _with_baselines(models)
     own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}

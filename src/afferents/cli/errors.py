@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 
 from afferents.errors import AfferentsError, PartialFailureError, Stopped
+from afferents.plugins import missing_extra
 from afferents.stopping import stopped_by
 
 STOPPED = "stopped; what is finished is kept"
@@ -66,6 +67,8 @@ def _failed(error: Exception, debug: bool) -> int:
         return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
     if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
         return _ended(_no_letters(error), debug)
+    if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
+        return _ended(str(missing), debug)
     if isinstance(error, MemoryError | RuntimeError):
         from afferents.models.hardware import is_out_of_memory
 

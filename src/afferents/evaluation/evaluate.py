@@ -9,6 +9,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place
 from afferents.models.model import Model, models_in, names_in
+from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, sources_in
 
@@ -61,6 +62,7 @@ def evaluate(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
+    import_extra("train", "evaluate", "torch", "sklearn")
     from afferents.evaluation.run import evaluate as run
 
     with Progress(quiet) as progress:
@@ -98,6 +100,7 @@ def evaluate_textures(
     InputError
         If something given is not what it should be, or an option makes no sense here.
     """
+    import_extra("train", "evaluate", "torch", "sklearn")
     from afferents.evaluation.textures import evaluate_textures as run
 
     with Progress(quiet) as progress:

@@ -13,7 +13,6 @@ from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError, then
 from afferents.models.card import METADATA, Card, names_of, parse_card
-from afferents.plugins import import_extra
 
 Part = TypeVar("Part", bound=BaseModel)
 
@@ -137,7 +136,8 @@ class Network:
 
 
 def _session(path: Path) -> Any:
-    onnxruntime = import_extra("live", "live", "onnxruntime")
+    import onnxruntime
+
     if not path.is_file():
         there = "a folder" if path.is_dir() else "no such file"
         hint = "run 'afferents export' on it first" if path.is_dir() else ""

@@ -19,7 +19,6 @@ from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
 from afferents.live.web.snapshot import Snapshots
-from afferents.plugins import import_extra
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
@@ -93,14 +92,15 @@ def server_of(
         As `page_beside`.
     """
     check_address(host, token)
-    uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
+    import uvicorn  # it and what serves a page take half a second to import
+
     from afferents.live.web.guard import ANSWERED_S, TimedConnection, count_places  # of uvicorn's
 
     door = open_door(host, port)
     config = uvicorn.Config(
         application(shown, host, token, request),
         loop="asyncio",
-        http=partial(TimedConnection, count_places(), ANSWERED_S),
+        http=partial(TimedConnection, count_places(), ANSWERED_S),  # type: ignore[arg-type]
         ws="websockets-sansio",
         backlog=16,  # so many are taken at once before the first is counted
         h11_max_incomplete_event_size=1 << 14,
