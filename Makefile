@@ -18,6 +18,9 @@ install: $(VENV)/.installed
 $(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; v = sys.version.split()[0]; sys.exit(None if sys.version_info >= (3, 11) else f"Python 3.11 or newer is needed, {v} found; set PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
+	@echo "installing into $(VENV)"
+	@cpu=$$($(BIN)/python scripts/torch_index.py) && \
+	if [ -n "$$cpu" ]; then export PIP_EXTRA_INDEX_URL="$$PIP_EXTRA_INDEX_URL $$cpu"; fi && \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
