@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import afferents
-from afferents.benchmark.entries import tables_by_task
-from afferents.reporting.tables import to_markdown
 
 DOCS = Path(__file__).parent
 OUT = DOCS / "generated"
@@ -54,13 +52,6 @@ def things(named: dict[str, Any]) -> str:
     return table(("name", "what it is"), rows)
 
 
-def benchmark() -> str:
-    """Return the tables of all entries in the repository."""
-    titles = {name: task.title for name, task in afferents.benchmark.all_tasks().items()}
-    entries = afferents.benchmark.read_entries(DOCS / "benchmark")
-    return "\n".join(map(to_markdown, tables_by_task(entries, titles)))
-
-
 def parts() -> dict[str, str]:
     """Return all parts of pages, by name of file."""
     return {
@@ -68,7 +59,6 @@ def parts() -> dict[str, str]:
         "channels.md": things(dict(afferents.CHANNELS)),
         "encodings.md": things(dict(afferents.ENCODINGS)),
         "classifiers.md": things(dict(afferents.CLASSIFIERS)),
-        "benchmark.md": benchmark(),
     }
 
 

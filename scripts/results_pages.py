@@ -9,7 +9,8 @@ A page holds ``<!-- results NAME -->`` and ``<!-- /results -->``; what stands be
 of ``docs/results/NAME.json``: the table, and below it the commit, date, machine and commands that
 gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
 `keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
-``<!-- /fields -->`` stand the fields of a model of the results. `docs/discrepancies.md` is made
+``<!-- /fields -->`` stand the fields of a model of the results. Between ``<!-- benchmark -->`` and
+``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``. `docs/discrepancies.md` is made
 whole, of the package's list.
 """
 
@@ -24,10 +25,12 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from afferents.benchmark.entries import read_entries, tables_by_task
 from afferents.evaluation import fold_files, schemas
 from afferents.files import write_text
 from afferents.reporting.discrepancies import to_page
 from afferents.reporting.published import published_families
+from afferents.reporting.tables import to_markdown
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -88,12 +91,19 @@ def fields(name: str) -> str:
     return table(["field", "what it is"], rows)
 
 
+def benchmark(_: str) -> str:
+    """Return the tables of all entries in the repository."""
+    there = DOCS / "benchmark"
+    tables = tables_by_task(read_entries(there)) if there.is_dir() else []
+    return "\n".join(to_markdown(one) for one in tables)
+
+
 def pages() -> dict[Path, str]:
     """Return the text of each page, with its tables as data and code have them."""
     found = {}
     for page in sorted([*DOCS.glob("*.md"), ROOT / "README.md"]):
         found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
-        found[page] = fill(found[page], "table", bare)
+        found[page] = fill(fill(found[page], "table", bare), "benchmark", benchmark)
     return {**found, DOCS / "discrepancies.md": to_page()}
 
 

@@ -6,8 +6,8 @@ Needs no data: FabricSlide's names are those of the list that `fetch` checks, th
 sets follow from what their authors recorded.
 """
 
+import hashlib
 import json
-import re
 import tempfile
 from collections.abc import Iterator
 from itertools import product
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos
+from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, with_seal
 from afferents.files import write_text
 from afferents.recordings.described import PACKAGED, Described
 from afferents.recordings.fetch.archives import ARCHIVES
@@ -69,17 +69,28 @@ def _ntp() -> Iterator[str]:
         )
 
 
-def sealed(task: Task) -> str:
-    """Return the checksum of a task's folds; empty where its recordings are not known by name."""
+def sealed(task: Task) -> tuple[str, str]:
+    """Return the checksums of a task's folds and data; empty where these are not known by name."""
     recordings = recordings_of(task.data)
-    return "" if recordings is None else task.checksum_of(recordings)
+    if recordings is None:
+        return "", ""
+    return task.checksum_of(recordings), fingerprint_of(task.data)
+
+
+def fingerprint_of(data: str) -> str:
+    """Return the fingerprint of a described set whose files' checksums are listed; else nothing."""
+    manifest = ARCHIVES[data].manifest if data in ARCHIVES else None
+    if manifest is None:
+        return ""
+    listed = [line.split() for line in manifest.read_text().splitlines() if "data/fabric/" in line]
+    digest = hashlib.sha256()  # as `RecordingSet.checksum` has it
+    for path, sha256, _ in sorted(listed):
+        digest.update(f"{Path(path).stem}:{sha256}\n".encode())
+    return digest.hexdigest()
 
 
 if __name__ == "__main__":
     for name, task in all_tasks().items():
         path = TASKS / f"{name}.toml"
-        text = re.sub(r"^folds = .*\n", "", path.read_text(), flags=re.M)
-        found = sealed(task)
-        line = f'folds = "{found}"\n' if found else ""
-        write_text(path, text.replace("\n[options]", f"{line}\n[options]", 1))
-        print(name, found[:8] or "not known")
+        write_text(path, with_seal(path.read_text(), *sealed(task)))
+        print(name, *(found[:8] or "not known" for found in sealed(task)))

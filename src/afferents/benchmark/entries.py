@@ -1,7 +1,7 @@
 """What came out for a model on a task: one line of JSON, and tables of many."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -50,8 +50,8 @@ class Entry(BaseModel):
 
     Attributes
     ----------
-    task, folds
-        Name, and checksum over what was tested when; entries are comparable where both agree.
+    task, task_title, folds
+        Name and title, and checksum over what was tested when. Entries of one name are comparable.
     told_speed
         By whom it is told the speed of what is tested, if by anybody.
     ci95, replicate, n_replicates
@@ -61,7 +61,10 @@ class Entry(BaseModel):
     by_touch
         Accuracy by seconds of touch; null where samples are longer, or recordings shorter.
     whole
-        Accuracy of whole recordings.
+        Accuracy of whole recordings: what models are ranked by, for it does not depend on how long
+        a model's samples are.
+    sample_s, encodings
+        How long a sample is (median), s, and how samples are made, by name of the encoding.
     seconds_to_90
         The shortest touch, s, of which 90% are recognised; null where none of those tried is.
     ece
@@ -77,6 +80,7 @@ class Entry(BaseModel):
 
     schema_version: Literal[1] = Field(1, alias="schema")
     task: str
+    task_title: str
     folds: str
     model: str
     title: str
@@ -93,6 +97,8 @@ class Entry(BaseModel):
     by: dict[str, Share]
     by_touch: dict[str, Share | None]
     whole: Share
+    sample_s: Amount
+    encodings: dict[str, Any]
     seconds_to_90: Amount | None
     ece: Share | None
     train_samples: Annotated[float, Field(ge=1)]
@@ -121,12 +127,16 @@ class Entry(BaseModel):
         """The entry as a line of JSON."""
         return json.dumps(self.model_dump(mode="json", by_alias=True), ensure_ascii=False)
 
-    def write(self, folder: Path) -> Path:
-        """Write it to a file of its own, named by task and model; an earlier one is replaced."""
-        name = f"{self.task.replace('/', '-')}--{self.model}{SUFFIX}"
+    def write(self, folder: Path, mark: str) -> Path:
+        """Write it to a file of its own, named by task, what tells its data, and model.
+
+        An earlier one of the same is replaced.
+        """
+        task = self.task.partition("@")[0].replace("/", "-")
+        path = folder / f"{task}-{mark}--{self.model}{SUFFIX}"
         folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / name, f"{self.line}\n")
-        return folder / name
+        write_text(path, f"{self.line}\n")
+        return path
 
 
 def read_entries(folder: Path) -> list[Entry]:
@@ -148,12 +158,12 @@ def read_entries(folder: Path) -> list[Entry]:
             f"{folder}: expected entries (*{SUFFIX}), found none; make some with "
             "'afferents benchmark run'"
         )
-    return sorted(found, key=lambda entry: (entry.task, -entry.mean, entry.model))
+    return sorted(found, key=lambda entry: (entry.task, -entry.whole, entry.model))
 
 
 _ACCURACY = (
-    "told the speed", "mean", "95% interval", "worst", "0.1 s", "0.5 s", "1 s", "4 s", "whole",
-    "s to 90%",
+    "told", "whole", "mean", "95%", "sample, s", "0.1 s", "0.5 s", "1 s", "4 s", "90% at, s",
+    "worst",
 )  # fmt: skip
 _BESIDE = (*CONTROLS, "calibration", "samples", "training, s", "prediction, ms")
 
@@ -164,47 +174,46 @@ def table(entries: Iterable[Entry]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["task", "model", *_ACCURACY, *_BESIDE])
 
 
-def tables_by_task(entries: Iterable[Entry], titles: Mapping[str, str]) -> Iterator[pd.DataFrame]:
-    """Yield two tables for each task, as reports and pages print them: accuracy, and the rest.
-
-    Parameters
-    ----------
-    titles
-        Of tasks, by name.
-    """
+def tables_by_task(entries: Iterable[Entry]) -> Iterator[pd.DataFrame]:
+    """Yield two tables for each task, as reports and pages print them: accuracy, and the rest."""
     by_task: dict[str, list[Entry]] = {}
-    for entry in sorted(entries, key=lambda entry: -entry.mean):
+    for entry in sorted(entries, key=lambda entry: -entry.whole):
         by_task.setdefault(entry.task, []).append(entry)
     for name, its in sorted(by_task.items()):
-        base, one = name.partition("@")[0], its[0]
+        one = its[0]
+        few = " So few say little." if one.n_replicates < _FEW else ""
         note = (
-            " These are other recordings than the task's own: entries are comparable with one "
-            "another alone."
+            " The task is not sealed, or these are other recordings than it is sealed with: "
+            "entries are comparable with one another alone."
         ) * ("@" in name)
         yield _printed(
-            f"{name}: {titles.get(base, base)}",
-            f"Percent recognised, by length of touch and of whole recordings; chance is "
-            f"{100 * one.chance:.1f}. {one.data.recordings} recordings"
+            f"{name}: {one.task_title}",
+            f"Percent recognised of whole recordings, of samples in the mean, and by length of "
+            f"touch; chance is {100 * one.chance:.1f}. {one.data.recordings} recordings"
             f"{' (simulated)' if one.data.simulated else ''}. Intervals are drawn over "
-            f"{one.n_replicates} {one.replicate}s.{note}",
+            f"{one.n_replicates} {one.replicate}s.{few}{note}",
             _ACCURACY,
-            {entry.model: _accuracy(entry) for entry in its},
+            [(entry.model, *_accuracy(entry)) for entry in its],
         )
         yield _printed(
             f"{name}: controls and cost",
             f"Percent recognised under controls ({'; '.join(CONTROLS.values())}), calibration "
             "error in percent, samples learnt from, and time.",
             _BESIDE,
-            {entry.model: _beside(entry) for entry in its},
+            [(entry.model, *_beside(entry)) for entry in its],
         )
 
 
+_FEW = 10
+"""Replicates below which an interval is wide, whatever it says."""
+
+
 def _printed(
-    title: str, caption: str, columns: Iterable[str], rows: Mapping[str, tuple[Any, ...]]
+    title: str, caption: str, columns: Iterable[str], rows: Iterable[tuple[Any, ...]]
 ) -> pd.DataFrame:
     shown = [
-        (model, *(f"{cell:g}" if isinstance(cell, int | float) else cell for cell in cells))
-        for model, cells in rows.items()
+        tuple(f"{cell:g}" if isinstance(cell, int | float) else cell for cell in cells)
+        for cells in rows
     ]
     return make_table(title, caption, ("model", *columns), shown)
 
@@ -212,23 +221,25 @@ def _printed(
 def _accuracy(entry: Entry) -> tuple[Any, ...]:
     low, high = entry.ci95
     return (
-        {"nobody": "no", "robot": "yes", "fingertip": "measures it"}[entry.told_speed],
-        _percent(entry.mean),
-        f"{100 * low:.0f} to {100 * high:.0f}",
-        f"{entry.worst.group}: {100 * entry.worst.accuracy:.0f}",
-        *(_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")),
+        {"nobody": "no", "robot": "yes", "fingertip": "itself"}[entry.told_speed],
         _percent(entry.whole),
+        _percent(entry.mean),
+        f"{100 * low:.0f}–{100 * high:.0f}",
+        round(entry.sample_s, 2),
+        *(_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")),
         entry.seconds_to_90,
+        f"{entry.worst.group}: {100 * entry.worst.accuracy:.0f}",
     )
 
 
 def _beside(entry: Entry) -> tuple[Any, ...]:
+    ms = entry.prediction_ms
     return (
         *(_percent(entry.controls.get(name)) for name in CONTROLS),
         _percent(entry.ece),
         round(entry.train_samples),
-        round(entry.train_seconds, 1),
-        entry.prediction_ms,
+        round(entry.train_seconds, 2),
+        None if ms is None else float(f"{ms:.2g}"),
     )
 
 
@@ -236,10 +247,10 @@ def _percent(share: float | None) -> float | None:
     return None if share is None else round(100 * share, 1)
 
 
-def write_table(entries: Iterable[Entry], titles: Mapping[str, str], folder: Path) -> list[Path]:
+def write_table(entries: Iterable[Entry], folder: Path) -> list[Path]:
     """Write all entries as ``table.md``, ``table.csv`` and a page, ``table.html``."""
     there = list(entries)
-    tables = list(tables_by_task(there, titles))
+    tables = list(tables_by_task(there))
     texts = {
         "table.md": "\n".join(map(to_markdown, tables)),
         "table.csv": table(there).to_csv(index=False),

@@ -8,11 +8,12 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 from statistics import fmean, median
+from typing import Any
 
 import pandas as pd
 
 from afferents.benchmark.entries import Data, Entry, Own, Worst
-from afferents.benchmark.tasks import Task, find_task
+from afferents.benchmark.tasks import Asked, Task, find_task
 from afferents.choices import PRESET_ASKED, Preset
 from afferents.doctor import processor
 from afferents.errors import LeakageError
@@ -23,7 +24,7 @@ from afferents.evaluation.results import Results
 from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.folds.controls import CONTROLS
-from afferents.models.model import Model, models_in
+from afferents.models.model import MODELS, Model, models_in
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
@@ -83,33 +84,30 @@ def run(
         the labels of the test.
     """
     import_extra("train", "benchmark", "torch", "sklearn")
+    words = task if isinstance(task, str) else task.name
     task = find_task(task) if isinstance(task, str) else task
     asked = _with_baselines(models)
     own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
     source = task.source(None if data is None else Path(data))
     with Progress(quiet) as progress:
         _make(task, Path(source), progress)
-    name, folds = task.named(task.recordings(source))
-    results = {
-        control: evaluate(
-            source,
-            Path(out) / "results" / name / control,
-            asked,
-            quiet,
-            **{**task.options, "control": control},
-            preset=preset,
-            seeds=seeds,
-            workers=workers,
-        )
-        for control in ("none", *CONTROLS)
-    }
+    question = task.asked_of(*task.opened(source))
+    folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
+    results = {}
+    for control in ("none", *CONTROLS):
+        with Progress(quiet) as progress:
+            progress.note(f"Control: {CONTROLS[control]}." if control in CONTROLS else task.title)
+        results[control] = evaluate(
+            source, folder / control, asked, quiet,
+            **{**task.options, "control": control}, preset=preset, seeds=seeds, workers=workers,
+        )  # fmt: skip
     found = [
-        _entry((task, name, folds), model, own.get(model.name, ""), results)
+        _entry(task, question, model, own.get(model.name, ""), words, results)
         for model in models_in(asked)
         if model.name in results["none"].found.models
     ]
     for entry in found:
-        entry.write(Path(out) / ENTRIES)
+        entry.write(Path(out) / ENTRIES, question.mark)
     return found
 
 
@@ -133,18 +131,17 @@ def _make(task: Task, store: Path, progress: Progress) -> None:
 
 
 def _entry(
-    asked: tuple[Task, str, str], model: Model, where: str, results: dict[str, Results]
+    task: Task, question: Asked, model: Model, where: str, words: str, results: dict[str, Results]
 ) -> Entry:
     """Return what came out for a model.
 
     Parameters
     ----------
-    asked
-        The task, the name under which its entries are compared, and the checksum of its folds.
     where
         ``FILE.py:NAME`` of a model of somebody's own; empty of the package's.
+    words
+        The task as it was asked for.
     """
-    task, name, folds = asked
     found = results["none"]
     outcome = found.found.models[model.name]["nested"]
     rows = found.predictions
@@ -160,8 +157,9 @@ def _entry(
         if control != "none"
     }
     entry = Entry(
-        task=name,
-        folds=folds,
+        task=question.name,
+        task_title=task.title,
+        folds=question.folds,
         model=model.name,
         title=model.title,
         own=_own(where),
@@ -177,6 +175,8 @@ def _entry(
         by=outcome.by,
         by_touch={f"{s:g}": _of_touches(rows, found, s) for s in TOUCHES_S},
         whole=outcome.recordings.mean_accuracy,
+        sample_s=float((rows["stop_s"] - rows["start_s"]).median()),
+        encodings=_encodings(model, found.config),
         seconds_to_90=_seconds_to_90(rows, found),
         ece=outcome.reliability.ece if outcome.reliability else None,
         train_samples=fmean(float((one.model_extra or {})["n_train"]) for one in facts),
@@ -195,10 +195,16 @@ def _entry(
         },
         machine=processor(),
         date=f"{date.today()}",
-        command=_command(task, where or model.name, found.found.preset),
+        command=_command(words, where or model.name, found.found.preset),
     )
     _refuse_known_labels(entry)
     return entry
+
+
+def _encodings(model: Model, config: dict[str, Any]) -> dict[str, Any]:
+    """Return the options of the encodings that a model's samples are made by, by their names."""
+    names = [MODELS[part].encoding for part in model.parts] or [model.encoding]
+    return {name: config[name] for name in names if isinstance(name, str) and name in config}
 
 
 def _refuse_known_labels(entry: Entry) -> None:
@@ -236,7 +242,7 @@ def _own(where: str) -> Own | None:
     return Own(where=where, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
 
 
-def _command(task: Task, model: str, preset: str) -> str:
+def _command(task: str, model: str, preset: str) -> str:
     short = {where: name for name, where in BASELINES.items()}
-    words = ("afferents", "benchmark", "run", task.name, "--models", short.get(model, model))
+    words = ("afferents", "benchmark", "run", task, "--models", short.get(model, model))
     return shlex.join((*words, "--preset", preset))

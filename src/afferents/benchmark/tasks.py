@@ -1,17 +1,18 @@
 """What a task is: a data set, a part of it, what is held out, and a seed, in a TOML file."""
 
 import hashlib
+import json
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.evaluation.data import OpenedData, open_data, recordings_in
+from afferents.evaluation.data import Origin, open_data, recordings_in
 from afferents.evaluation.options import EvaluationOptions
 from afferents.files import write_text
 from afferents.folds.held_out import key_of
@@ -59,8 +60,10 @@ class Task(BaseModel):
         A data set in `data_infos`; else what `afferents evaluate` takes, a path from the file.
     options
         Of `afferents.evaluate`: what part of the data is used, and what is held out.
-    folds
-        Checksum over what is tested when, see `checksum_of`; empty where any data will do.
+    folds, fingerprint
+        Checksum over what is tested when, see `checksum_of`, and that of the data themselves; empty
+        of a task that is not sealed, and where the data are not known or differ from machine to
+        machine.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -70,6 +73,7 @@ class Task(BaseModel):
     data: str = Field(min_length=1)
     options: dict[str, Any] = Field(default_factory=dict)
     folds: str = Field("", pattern="^([0-9a-f]{64})?$")
+    fingerprint: str = Field("", pattern="^([0-9a-f]{64})?$")
 
     @classmethod
     def read(cls, path: Path, name: str) -> Self:
@@ -122,44 +126,61 @@ class Task(BaseModel):
             )
         return reads
 
-    def recordings(self, source: str) -> list[Responses]:
-        """Return the recordings of its data that it is about.
+    def opened(self, source: str) -> tuple[list[Responses], Origin]:
+        """Return the recordings of its data that it is about, and where they come from.
 
         Raises
         ------
         InputError
             If they can't be read.
         """
-        return self._part(open_data([source], self.chosen.without))
-
-    def _part(self, data: Sequence[OpenedData]) -> list[Responses]:
-        return self.chosen.ablation.recordings(recordings_in(data))
+        data = open_data([source], self.chosen.without)
+        return self.chosen.ablation.recordings(recordings_in(data)), data[0].origin
 
     def checksum_of(self, recordings: Sequence[Responses]) -> str:
-        """Return a checksum over what is tested when: SHA-256 of a line a recording.
+        """Return a checksum over what is tested when: of the options, and a line a recording.
 
         A line is the group that the recording is tested in (a speed, mm/s, or a value of what is
         held out), a tab, and its name. Where some are tested and never learnt from, these alone.
         """
         tested = self.chosen.ablation.tested(recordings)
         groups = self.chosen.by.by_recording(recordings)
-        return folds_checksum({
-            name: key_of(group) for name, group in groups.items() if not tested or name in tested
-        })  # fmt: skip
+        lines = sorted(
+            f"{key_of(group)}\t{name}\n"
+            for name, group in groups.items()
+            if not tested or name in tested
+        )
+        options = json.dumps(self.options, sort_keys=True)
+        return hashlib.sha256("".join([options, "\n", *lines]).encode()).hexdigest()
 
-    def named(self, recordings: Sequence[Responses]) -> tuple[str, str]:
-        """Return the name under which entries of these recordings are compared, and its checksum.
+    def asked_of(self, recordings: Sequence[Responses], origin: Origin) -> "Asked":
+        """Return what is asked of some recordings: the task's own question, or one beside it."""
+        folds = self.checksum_of(recordings)
+        data = "" if origin.simulated else origin.fingerprint
+        same_data = not self.fingerprint or self.fingerprint == data
+        mark = hashlib.sha256(f"{folds}{data}".encode()).hexdigest()[:8]
+        sealed = folds == self.folds and same_data
+        return Asked(self.name if sealed else f"{self.name}@{mark}", folds, data, mark)
 
-        Other recordings than the task's own make another task: ``fabricslide/speed@1a2b3c4d``.
-        """
-        found = self.checksum_of(recordings)
-        return (self.name if found == self.folds else f"{self.name}@{found[:8]}"), found
 
+class Asked(NamedTuple):
+    """What is asked of some recordings.
 
-def folds_checksum(tested: Mapping[str, str]) -> str:
-    """Return the checksum over recordings by name and the groups that they are tested in."""
-    lines = sorted(f"{group}\t{name}\n" for name, group in tested.items())
-    return hashlib.sha256("".join(lines).encode()).hexdigest()
+    Attributes
+    ----------
+    name
+        Under which entries are compared: the task's where folds and data are those that it is
+        sealed with, else the task's and `mark`, such as ``fabricslide/speed@1a2b3c4d``.
+    folds, fingerprint
+        As of a `Task`.
+    mark
+        What tells them, in eight digits.
+    """
+
+    name: str
+    folds: str
+    fingerprint: str
+    mark: str
 
 
 def data_infos() -> dict[str, DataInfo]:
@@ -194,8 +215,8 @@ def find_task(wanted: str) -> Task:
     return there[wanted]
 
 
-def seal(path: Path, data: Path | None = None) -> str:
-    """Write the checksum of a task's folds into its file, and return it.
+def seal(path: Path, data: Path | None = None) -> Asked:
+    """Write into a task's file what it tests when, and return that.
 
     Raises
     ------
@@ -203,10 +224,16 @@ def seal(path: Path, data: Path | None = None) -> str:
         If the file is no task, or its data can't be read.
     """
     task = Task.read(path, path.stem)
-    found = task.checksum_of(task.recordings(task.source(data)))
-    text = re.sub(r"^folds = .*\n", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    # Before the first table: what stands below one is of that table.
-    first = re.search(r"^\[", text, flags=re.MULTILINE)
-    at = first.start() if first else len(text)
-    write_text(path, f'{text[:at]}folds = "{found}"\n\n{text[at:]}')
+    found = task.asked_of(*task.opened(task.source(data)))
+    write_text(path, with_seal(path.read_text(encoding="utf-8"), found.folds, found.fingerprint))
     return found
+
+
+def with_seal(text: str, folds: str, fingerprint: str) -> str:
+    """Return a task's file with the checksums before its first table, in place of earlier ones."""
+    text = re.sub(r"^(folds|fingerprint) = .*\n", "", text, flags=re.MULTILINE)
+    first = re.search(r"^\n*\[", text, flags=re.MULTILINE)
+    head, tail = (text[: first.start()], text[first.start() :]) if first else (text, "")
+    lines = [f'{key} = "{value}"\n' for key, value in
+             (("folds", folds), ("fingerprint", fingerprint)) if value]  # fmt: skip
+    return f"{head.rstrip()}\n{''.join(lines)}\n{tail.lstrip()}"

@@ -29,41 +29,21 @@ def list_tasks(context: typer.Context, as_json: Json = False) -> None:
     if context.invoked_subcommand is not None:
         return
     from afferents.benchmark.tasks import FOLDER, all_tasks, data_infos
-    from afferents.reporting.tables import make_table
 
     there, infos = all_tasks(), data_infos()
-    of_tasks = make_table(
-        "Tasks",
-        "Run one with: afferents benchmark run TASK --models MODEL,FILE.py:NAME",
-        ("Task", "What is asked", "Held out"),
-        [(name, task.title, task.chosen.split) for name, task in there.items()],
-    )
-    of_data = make_table(
-        "Data",
-        "",
-        ("Data set", "What it is", "Size", "Licence", "Here"),
-        [
-            (
-                name,
-                info.title,
-                info.size,
-                info.licence,
-                _where(FOLDER / name, info.get, bool(info.made)),
-            )
-            for name, info in infos.items()
-        ],
-    )
+    lines = ["Tasks (afferents benchmark run TASK --models MODEL,FILE.py:NAME)"]
+    lines += [f"  {name:<25} {task.title}" for name, task in there.items()]
+    lines += ["", "Data"]
+    for name, info in infos.items():
+        where = FOLDER / name
+        here = "made when it is needed" if info.made else info.get.format(folder=where)
+        here = f"in {where}" if where.is_dir() else here
+        lines += [f"  {name}: {info.title}", f"    {info.size}; licence: {info.licence}; {here}"]
     found = {
         "tasks": {name: task.model_dump() for name, task in there.items()},
         "data": {name: info.model_dump() for name, info in infos.items()},
     }
-    say(as_json, found, of_tasks, of_data)
-
-
-def _where(folder: Path, get: str, is_made: bool) -> str:
-    if folder.is_dir():
-        return f"in {folder}"
-    return "made when it is needed" if is_made else f"no: {get.format(folder=folder)}"
+    say(as_json, found, *lines)
 
 
 @benchmark.command()
@@ -89,14 +69,12 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Train and test models on a task, also under controls, and write a line for each."""
-    from afferents.benchmark import find_task
     from afferents.benchmark import run as run_task
     from afferents.benchmark.entries import tables_by_task
 
-    asked = find_task(task)
-    entries = run_task(asked, models, out, data, preset, seeds, workers, quiet or as_json)
+    entries = run_task(task, models, out, data, preset, seeds, workers, quiet or as_json)
     found = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
-    tables = tables_by_task(entries, {asked.name: asked.title})
+    tables = tables_by_task(entries)
     say(as_json, {"entries": found}, *tables, f"Entries: {out / 'entries'}")
 
 
@@ -111,15 +89,14 @@ def table(
     as_json: Json = False,
 ) -> None:
     """Gather all entries of a folder into a table for each task."""
-    from afferents.benchmark import all_tasks, read_entries
+    from afferents.benchmark import read_entries
     from afferents.benchmark.entries import tables_by_task, write_table
 
     entries = read_entries(folder)
-    titles = {name: task.title for name, task in all_tasks().items()}
-    written = write_table(entries, titles, out) if out else []
+    written = write_table(entries, out) if out else []
     found = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
     lines = [f"Written: {path}" for path in written]
-    say(as_json, {"entries": found}, *tables_by_task(entries, titles), *lines)
+    say(as_json, {"entries": found}, *tables_by_task(entries), *lines)
 
 
 @benchmark.command()
@@ -128,4 +105,8 @@ def seal(task: TaskName, data: DataFolder = None, as_json: Json = False) -> None
     from afferents.benchmark.tasks import seal as seal_task
 
     found = seal_task(Path(task), data)
-    say(as_json, {"folds": found}, f"Folds: {found}")
+    lines = [
+        f"{task} now says what is tested: folds {found.folds[:8]}, data {found.fingerprint[:8]}.",
+        "Run it again for entries under its name; what is finished is not trained again.",
+    ]
+    say(as_json, found._asdict(), *lines)

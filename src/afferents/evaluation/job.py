@@ -142,7 +142,7 @@ def train_and_test(
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
-    alone = ask_alone(fitted, lead.fold.test) if protocol.refuses_leaks else {}
+    alone = ask_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
     table = predictions_table(
         key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
         fitted.speed_mm_s,

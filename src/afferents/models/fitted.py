@@ -97,7 +97,7 @@ _OFF = 0.1
 multiplies a single one in another order."""
 
 
-def ask_alone(fitted: Fitted, test: Indices) -> dict[str, float]:
+def ask_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
     """Ask a model of test samples one at a time, and say how long an answer takes.
 
     What it says of a sample must not depend on what else is tested: a model that goes by the
@@ -105,6 +105,8 @@ def ask_alone(fitted: Fitted, test: Indices) -> dict[str, float]:
 
     Parameters
     ----------
+    name
+        Of the model.
     test
         Of the fold.
 
@@ -128,7 +130,7 @@ def ask_alone(fitted: Fitted, test: Indices) -> dict[str, float]:
         off.append(float(np.abs(alone - fitted.probabilities[place]).max()))
     if np.median(off) > _OFF * fitted.probabilities.std(axis=0).max():
         raise LeakageError(
-            "the model: expected to say the same of a test sample whatever else is tested, found "
+            f"{name}: expected to say the same of a test sample whatever else is tested, found "
             f"probabilities that differ by {np.median(off):.2g} (median) when each is asked alone: "
             "it goes by the samples tested, which are to be unseen"
         )

@@ -233,8 +233,10 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
     for name in chosen:
         if ":" not in name and name not in MODELS:
+            do = f"; name what is in the file, as in {name}:NAME" if name.endswith(".py") else ""
             raise InputError(
-                f"--models: expected 'all', 'best' or some of {', '.join(MODELS)}, found '{name}'"
+                f"--models: expected 'all', 'best', some of {', '.join(MODELS)}, or FILE.py:NAME, "
+                f"found '{name}'{do}"
             )
     own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
     own += [one for one in _listed(wanted) if isinstance(one, Model)]

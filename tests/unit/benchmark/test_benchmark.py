@@ -71,6 +71,9 @@ def test_an_entry_says_how_good_how_sure_under_which_controls_and_at_what_cost(e
     assert best.data.recordings == 24
     assert best.data.simulated
     assert best.own is None
+    assert best.sample_s > 1
+    assert best.encodings["orders"]["window_s"] is None
+    assert best.command.startswith("afferents benchmark run /")
 
 
 def test_entries_are_read_again_and_stand_in_a_table_best_first(entries, does):
@@ -78,10 +81,10 @@ def test_entries_are_read_again_and_stand_in_a_table_best_first(entries, does):
     there = read_entries(out / "entries")
     assert {entry.model: entry for entry in there} == found
     rows = table(there)
-    assert list(rows["mean"]) == sorted(rows["mean"], reverse=True)
+    assert list(rows["whole"]) == sorted(rows["whole"], reverse=True)
     said = does("benchmark", "table", out / "entries", "--out", out / "tables")
     assert "order-te-speed-known" in said
-    assert "controls" in (out / "tables/table.md").read_text()
+    assert "Simulated taxels at a speed never learnt from" in (out / "tables/table.md").read_text()
     assert "<td>no</td>" in (out / "tables/table.html").read_text()
     assert len((out / "tables/table.csv").read_text().splitlines()) == 4
 
@@ -96,19 +99,23 @@ def test_a_line_that_is_no_entry_is_named(entries, tmp_path):
         read_entries(tmp_path / "empty")
 
 
-def test_other_recordings_make_another_task(task, entries):
+def test_other_recordings_or_another_part_of_them_make_another_task(task, entries):
     _, found = entries
     one = find_task(str(task))
-    recordings = one.recordings(one.source())
+    recordings, origin = one.opened(one.source())
     assert one.folds == ""
-    name, folds = one.named(recordings)
-    assert (name, folds) == (found["chance"].task, found["chance"].folds)
-    assert name == f"mine@{folds[:8]}"
-    assert seal(task) == folds
+    before = one.asked_of(recordings, origin)
+    assert (before.name, before.folds) == (found["chance"].task, found["chance"].folds)
+    assert before.name == f"mine@{before.mark}"
+    assert seal(task).folds == before.folds
     sealed = find_task(str(task))
     assert sealed.options == one.options
-    assert sealed.named(recordings) == ("mine", folds)
-    assert sealed.named(recordings[1:])[0].startswith("mine@")
+    assert sealed.asked_of(recordings, origin) == before._replace(name="mine")
+    assert sealed.asked_of(recordings[1:], origin).name.startswith("mine@")
+    changed = origin.model_copy(update={"simulated": False, "fingerprint": "0" * 64})
+    assert sealed.asked_of(recordings, changed).mark != before.mark
+    part = sealed.model_copy(update={"options": {**sealed.options, "steady": "1:5"}})
+    assert part.asked_of(recordings, origin).name.startswith("mine@")
 
 
 def test_the_packaged_tasks_test_on_what_their_lists_say(monkeypatch):
@@ -118,7 +125,7 @@ def test_the_packaged_tasks_test_on_what_their_lists_say(monkeypatch):
     there = all_tasks()
     assert {"fabricslide/speed", "fabricslide/speed-force", "rig/speed"} <= set(there)
     for name, one in there.items():
-        assert one.folds == seal_tasks.sealed(one), name
+        assert (one.folds, one.fingerprint) == seal_tasks.sealed(one), name
 
 
 def test_data_that_are_missing_are_said_to_be_fetched(fails, tmp_path, monkeypatch):
