@@ -54,7 +54,7 @@ NOT_RUN = {
     "afferents benchmark run rig/speed --models chance,sa-wave-vector": (
         "simulates for a minute; on a smaller rig: test_the_rigs_task_makes_its_own_data"
     ),
-    "afferents benchmark run fabricslide/speed --models vib-te-aug,mine.py:mine": BENCHMARK,
+    "afferents benchmark run fabricslide/speed --models vib-te-aug,my_model.py:logistic": BENCHMARK,
     "afferents benchmark table": BENCHMARK,
     "afferents view SESSION 4/60 --store STORE": VIEWER,
     "afferents view STORE --save touch.rrd": VIEWER,
