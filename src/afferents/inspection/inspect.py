@@ -7,6 +7,7 @@ them.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -36,18 +37,20 @@ from afferents.outputs import require_free, require_pictures_free
 from afferents.parallel import side_by_side
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
+from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import facts
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
-from afferents.recordings.described import is_described
+from afferents.recordings.described import Described, is_described
 from afferents.recordings.run_log import clock_sentences
+from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
 from afferents.reporting.overlay import is_overlay
 from afferents.reporting.recording_figures import steadiness_figure, steadiness_sentence
 from afferents.reporting.style import save_figure
 from afferents.reporting.summary_text import what_was_lost
-from afferents.store.recording import Recording, RecordingSet
+from afferents.store.recording import Recording, RecordingSet, natural_order
 from afferents.store.responses import Responses, named_by_spacing, speed_of
 from afferents.store.trimming import AUDIO_S, LAST_FRAME
 
@@ -268,7 +271,9 @@ def inspect_recordings(
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
     found.sentences += [*length_sentences(rows), *lost_sentences(lost_of(lost))]
-    found.sentences += too_short_sentences(rows)
+    if not isinstance(data_set, Described):
+        found.sentences += too_short_sentences(rows)
+    found.sentences += table_sentences(session)
     try:
         found.sentences += clock_sentences(session)
     except InputError as error:
@@ -286,10 +291,41 @@ def grid_sentence(session: RecordingSet) -> str:
     """Say of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
+    names = ", ".join(session.textures[:_NAMED]) + ", ..." * (len(session.textures) > _NAMED)
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
-        f"({', '.join(session.textures)}) at {at}."
+        f"({names}) at {at}."
     )
+
+
+_NAMED = 30
+"""So many textures are named, and values of a condition."""
+
+
+def table_sentences(session: RecordingSet) -> list[str]:
+    """Say what was read from names and columns of tables, and which part of them is used."""
+    files = [(r, r.audio) for r in session.recordings if isinstance(r.audio, SeriesFile)]
+    if not files:
+        return []
+    values: dict[str, set[str]] = {}
+    for recording, _ in files:
+        for name, value in recording.conditions.items():
+            values.setdefault(name, set()).add(str(value))
+    said = [
+        f"{name}: {', '.join(sorted(its, key=natural_order)[:_NAMED])}"
+        for name, its in sorted(values.items())
+    ]
+    recording, file = files[0]
+    with suppress(InputError):
+        names = ", ".join(map(str, file.read()[dims.CHANNEL].values))
+        length_s = file.n_samples / file.sample_rate_hz
+        start, stop = recording.steady_s or (EDGE_S, length_s - EDGE_S)
+        said.append(f"channels: {names}, at {file.sample_rate_hz:g} Hz")
+        said.append(
+            f"used of the first: {start:g} to {stop:.4g} s of {length_s:.4g} s; steady_s says "
+            "which part"
+        )
+    return [f"{text[:1].upper()}{text[1:]}." for text in said]
 
 
 def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[str]:

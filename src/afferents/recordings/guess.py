@@ -131,6 +131,11 @@ TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5"})
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
 _TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")
+_BETWEEN = re.compile(r"([_\- /]+)")
+_WITH_UNIT = re.compile(r"(?P<word>[A-Za-z]*)\d+(?:\.\d+)?(?P<unit>[A-Za-z/]*)")
+_MM_S = re.compile(r"mmp?s")
+_UNITS = {"N": "force", "mN": "force", "g": "force", "kPa": "pressure", "deg": "direction"}
+"""What a number of such a unit is called; another is called trial."""
 _RISES = 0.9
 _SHORT_S = 5.0
 
@@ -152,13 +157,19 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
         If the first table can't be read.
     """
     names = [path.relative_to(folder).as_posix() for path in tables]
-    pattern = guess_pattern(names) or _labelled(names) or _plainest(names)
+    pattern = guess_pattern(names) or _labelled(names) or _by_parts(names) or _plainest(names)
     said = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
     if f"{{{SPEED}}}" in pattern:
         lines.append('# speed_unit = "mm/min"  # where it is not mm/s')
     else:
-        said = [f"Guessed from the names: {pattern}; no name says a speed."]
+        said = [f"Guessed from the names: {pattern}; no speed was found in them."]
+        if len(names) > 1 and "/" not in pattern and pattern == _plainest(names):
+            such = f"{{texture}}_{{speed}}mms_{{trial}}{Path(names[0]).suffix}"
+            said = [
+                "No rule was found in the names, so each file is taken for a texture of its own: "
+                f"write the pattern, such as {such}."
+            ]
         lines.append("# speed_mm_s = 30")
     signal, more = _signal(tables[0])
     return [*lines, "", "[signal]", *signal], [*said, *more]
@@ -178,6 +189,40 @@ def _labelled(names: Sequence[str]) -> str | None:
     # Of several of one name the last counts.
     named = ["{*}" if name in named[n + 1 :] else name for n, name in enumerate(named)]
     return "".join(a + b for a, b in zip(texts, [*named, end], strict=True))
+
+
+def _by_parts(names: Sequence[str]) -> str | None:
+    """Return the pattern of names whose parts, between separators, are numbers with units or words.
+
+    ``denim_015mms_1N_take1.csv`` is ``{texture}_{speed}mms_{force}N_take{take}.csv``.
+    """
+    end = Path(names[0]).suffix
+    cut = [_BETWEEN.split(name.removesuffix(end)) for name in names]
+    if len({tuple(parts[1::2]) for parts in cut}) > 1:
+        return None
+    pattern: list[str] = []
+    for column in zip(*(parts[::2] for parts in cut), strict=True):
+        pattern.append(_part(column, "".join(pattern)))
+    between = cut[0][1::2]
+    found = "".join(a + b for a, b in zip(pattern, [*between, end], strict=True))
+    return found if f"{{{TEXTURE}}}" in found and f"{{{SPEED}}}" in found else None
+
+
+def _part(column: Sequence[str], before: str) -> str:
+    """Return what stands for one part of all names: itself, a named number, or a word."""
+    if len(set(column)) == 1:
+        return column[0]
+    numbers = [_WITH_UNIT.fullmatch(text) for text in column]
+    around = {(one["word"], one["unit"]) for one in numbers if one}
+    if not all(numbers) or len(around) > 1:
+        return (
+            f"{{{TEXTURE}}}" if f"{{{TEXTURE}}}" not in before else f"{{part{before.count('{')}}}"
+        )
+    ((word, unit),) = around
+    is_speed = _MM_S.fullmatch(unit) or word.lower() in ("v", "speed")
+    name = SPEED if is_speed else word.lower() or _UNITS.get(unit, TRIAL)
+    name = name if f"{{{name}}}" not in before else f"{name}{before.count('{')}"
+    return f"{word}{{{name}}}{unit}"
 
 
 def _plainest(names: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.recordings.guess import guess_pattern
+from afferents.recordings.guess import guess_data_set, guess_pattern
 from afferents.recordings.media import Pattern
 
 
@@ -48,3 +48,26 @@ def test_what_was_written_is_read_back(textures, speeds, form, joint):
     for name, expected in written.items():
         found = Pattern(guessed).values(name)
         assert (found["texture"], found["speed"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("names", "pattern"),
+    [
+        (
+            ["denim_015mms_1N_take1", "denim_030mms_2N_take2", "felt_015mms_1N_take1"],
+            "{texture}_{speed}mms_{force}N_take{take}.csv",
+        ),
+        (
+            ["run-felt-10mmps-3kPa", "run-silk-20mmps-5kPa"],
+            "run-{texture}-{speed}mmps-{pressure}kPa.csv",
+        ),
+        (["foo", "bar"], "{texture}.csv"),
+    ],
+)
+def test_parts_of_tables_names_are_numbers_with_units_or_words(names, pattern, tmp_path):
+    tables = [tmp_path / f"{name}.csv" for name in names]
+    for table in tables:
+        table.write_text("time_ms,x\n0,1\n4,2\n8,1\n")
+    lines, said = guess_data_set(tmp_path, tables)
+    assert f'pattern = "{pattern}"' in lines
+    assert ("No rule was found" in said[0]) == (pattern == "{texture}.csv")
