@@ -4,6 +4,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ from afferents.evaluation.intervals import bootstrap_unit_of
 from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
-from afferents.evaluation.results import CONFIG
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import CONFIG, SUMMARY, read_summary
+from afferents.evaluation.schemas import Accuracies, Summary
 from afferents.evaluation.summary import data_quality, summarise
 from afferents.files import remove_partials, write_json
 from afferents.folds.held_out import Group, Split, key_of
@@ -84,15 +85,22 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         keep_own_models(recipe.out, able, recipe.encodings)
         jobs = planned(evaluation, able, recordings)
         plan(recipe.out, jobs, _workers(evaluation, jobs), options.cluster)
+        known = _known_controls(recipe.out, jobs)
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         write_json(recipe.out / CONFIG, recipe.config)
         unit = bootstrap_unit_of(len(recipe.data))
-        if options.control == "none" and (
-            found := ask_controls(recipe, recordings, unit, progress)
-        ):
-            quality["controls"] = found
+        if options.control == "none":
+            known = known or ask_controls(recipe, recordings, unit, progress)
+        if known:
+            quality["controls"] = known
         return summarise_folder(evaluation, recordings, left_out, quality)
+
+
+def _known_controls(results: Path, jobs: Sequence[FoldKey]) -> dict[str, Accuracies]:
+    """Return the controls of a folder in which nothing is left to do; else nothing."""
+    there = (results / SUMMARY).is_file() and all(finished(results, key) for key in jobs)
+    return read_summary(results).controls if there else {}
 
 
 def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
