@@ -75,7 +75,7 @@ coverage: install
 	rm -rf out/coverage && mkdir -p out/coverage
 	OMP_NUM_THREADS=1 $(BIN)/coverage run -m pytest -m 'not slow and not system' -n 2 --dist loadfile $(WHAT)
 	$(BIN)/coverage combine --quiet
-	$(BIN)/coverage report --sort=cover | sed -n '1,22p;$$p'
+	$(BIN)/coverage report --sort=cover | sed -n '1,22p;/^TOTAL/p'
 
 licences: install
 	$(BIN)/python scripts/licences.py
