@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 from shutil import which
+from typing import Any
 
 INDEX = "https://download.pytorch.org/whl/cpu"
 """PyTorch's own, public: pytorch.org/get-started/locally."""
@@ -20,7 +21,7 @@ def has_nvidia() -> bool:
     return Path("/dev/nvidia0").exists() or which("nvidia-smi") is not None
 
 
-def asked_of_pip() -> dict[str, object]:
+def asked_of_pip() -> dict[str, Any]:
     """Return what pip knows of the PyTorch that it would install."""
     constraints = Path(__file__).resolve().parents[1] / "constraints.txt"
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--dry-run", "--no-deps",
@@ -31,7 +32,7 @@ def asked_of_pip() -> dict[str, object]:
     return reported["install"][0]["metadata"] if reported["install"] else {}
 
 
-def with_cuda(metadata: dict[str, object]) -> bool:
+def with_cuda(metadata: dict[str, Any]) -> bool:
     """Tell whether a PyTorch draws NVIDIA's packages."""
     return any(
         str(line).startswith(("nvidia", "cuda")) for line in metadata.get("requires_dist", [])

@@ -1,5 +1,6 @@
 """What is shipped: the wheel, built from a copy without git, and what the docs say of it."""
 
+import json
 import re
 import runpy
 import shutil
@@ -76,6 +77,43 @@ def test_the_conda_recipe_asks_for_the_same():
     assert set(asked) == {ON_CONDA_FORGE.get(name, name) for name in needed}
     for name, bound in needed.items():
         assert bound.startswith(asked[ON_CONDA_FORGE.get(name, name)])
+
+
+def test_codemeta_and_citation_say_what_the_project_says():
+    about, project = (
+        json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8")),
+        PROJECT["project"],
+    )
+    assert [about[key] for key in ("name", "description", "keywords")] == [
+        project[key] for key in ("name", "description", "keywords")
+    ]
+    assert about["license"] == f"https://spdx.org/licenses/{project['license']}"
+    assert [one["name"] for one in about["author"]] == [one["name"] for one in project["authors"]]
+    assert about["runtimePlatform"] == f"Python {project['requires-python']}"
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    said = dict(re.findall(r"^(version|license): (.+)$", citation, flags=re.MULTILINE))
+    assert said == {"version": about["version"], "license": project["license"]}
+    assert re.fullmatch(r"\d+\.\d+\.\d+", about["version"])
+    assert project["dynamic"] == ["version"]  # of the git tag, v0.1.0
+
+
+@pytest.mark.parametrize(
+    ("licence", "binding"),
+    [
+        ("MIT", False),
+        ("GNU Lesser General Public License v3 (LGPLv3)", False),
+        ("LGPL-2.1-or-later", False),
+        ("GPL-3.0-only OR BSD-3-Clause", False),
+        ("GPL-3.0-or-later WITH GCC-exception-3.1", False),
+        ("MIT AND GPL-2.0-or-later", True),
+        ("GNU General Public License v3 (GPLv3)", True),
+        ("GNU Affero General Public License v3", True),
+        ("CC-BY-NC-4.0", True),
+        ("", True),
+    ],
+)
+def test_a_licence_that_binds_users_is_known(licence, binding):
+    assert runpy.run_path(str(ROOT / "scripts/licences.py"))["binds"](licence) == binding
 
 
 def test_each_benchmark_runs_in_short_or_says_why_not():

@@ -96,6 +96,8 @@ def _sentence(error: BaseException) -> str:
 
 def _no_letters(error: UnicodeEncodeError) -> str:
     if error.object is None:  # of another process
-        return "a name of a file or folder: expected letters of utf-8, found others; rename it"
+        return (  # type: ignore[unreachable]
+            "a name of a file or folder: expected letters of utf-8, found others; rename it"
+        )
     found = error.object[max(0, error.start - 40) : error.end + 40]
     return f"{found}: expected letters that {error.encoding} has, found others; rename it"

@@ -65,8 +65,8 @@ class DeviceSource(ABC):
                         self._opened.open()
                         is_open = True
                     for event in self._take():
-                        if self._closed:
-                            return
+                        if self._closed:  # by another thread
+                            return  # type: ignore[unreachable]
                         now_s = event.time_s
                         yield event
                 except AfferentsError as error:

@@ -164,7 +164,7 @@ def _draw_matches(axes: Axes, matches: pd.DataFrame, title: str) -> None:
         mean, low, high = (100 * some[one].to_numpy() for one in ("accuracy", "low", "high"))
         drawn = axes.bar(
             np.arange(len(names)) + (number - (len(kinds) - 1) / 2) * step, mean, 0.9 * step,
-            color=[CLASS_COLOURS[name] for name in names], alpha=1.0 if stretched else 0.35,
+            color=[CLASS_COLOURS[name] for name in names], alpha=1.0 if bool(stretched) else 0.35,
             hatch="///" if population == "natural" else "", edgecolor="white", lw=0,
             yerr=np.nan_to_num([mean - low, high - mean]), error_kw={"lw": 0.8},
         )  # fmt: skip

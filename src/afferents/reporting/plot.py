@@ -155,7 +155,7 @@ def markers(
     InputError
         If there are no positions, or the frame is no grey image.
     """
-    if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:
+    if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:  # type: ignore[redundant-expr]
         raise InputError(
             "tracks: expected a data set with 'position' (time, marker, space), found "
             f"{kind_of(tracks)}"
@@ -280,7 +280,8 @@ def _require_array(given: object, such_as: str) -> None:
 
 def _label(response: xr.DataArray) -> str:
     """Return what a response is called, with its unit."""
-    name = _NAMES.get(str(response.name), str(response.name or "response"))
+    said = "response" if response.name is None else str(response.name)
+    name = _NAMES.get(said, said)
     return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
 
 

@@ -182,7 +182,7 @@ def save_figure(figure: Figure, path: Path) -> Path:
 def png_bytes(figure: Figure) -> bytes:
     """Return the figure as the content of a PNG file."""
     for text in figure.findobj(Text):
-        if isinstance(text, Text) and text.get_text() != (said := printable(text.get_text())):
+        if text.get_text() != (said := printable(text.get_text())):
             text.set_text(said)  # the name of a file
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": MARK})

@@ -95,3 +95,22 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert built.returncode == 0, built.stderr
     words = (tmp_path / "html/searchindex.js").read_text()
     assert "novelti" in words or "novelty" in words
+
+
+@pytest.mark.parametrize(
+    ("what", "where"),
+    [
+        (r"pickle\.loads?\(", {"evaluation/job.py", "rig/simulate.py"}),  # of other processes
+        (r"\bsubprocess\.|os\.system|os\.exec|os\.spawn|shell=", {"devices/drives/guard.py"}),
+        (r"np\.load\((?!.*allow_pickle=False)|torch\.load\(|joblib\.load\(", set()),
+        (r"create_server\(|\.bind\(|\.listen\(", {"live/web/door.py"}),
+    ],
+)
+def test_what_the_page_on_security_says_is_where_it_says(what, where):
+    package = Path(afferents.__file__).parent
+    found = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if re.search(what, path.read_text(encoding="utf-8"))
+    }
+    assert found == where
