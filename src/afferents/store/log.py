@@ -78,6 +78,8 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
             table = pd.read_csv(file, dtype=kinds, keep_default_na=False, na_values=["nan"])
         if not columns.keys() <= set(table):
             raise ValueError(f"the columns {', '.join(map(str, table))}")
+        if not isinstance(table.index, pd.RangeIndex):  # the first column, taken for names of rows
+            raise ValueError("rows longer than the names of columns")
         if len(table) != head.rows:
             raise ValueError(f"{len(table)} of its {head.rows} rows")
     except (OSError, ValueError) as error:

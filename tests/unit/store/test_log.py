@@ -57,6 +57,7 @@ def test_the_way_is_that_of_the_log(tmp_path):
         ("3.0,\n", "", "could not convert string to float: ''"),
         ("11.5,3.0,\n", "", "found 2 of its 3 rows"),
         ("3.0,", "3.0,,,", "Expected 3 fields in line 4, saw 5"),
+        (WAY.split("\n", 1)[1], "time_s,position_mm\n1,2,3\n" + 2 * "4,5,6\n", "rows longer than"),
         ("11.5", "9.5", "times that rise, found some that go back"),
     ],
 )
