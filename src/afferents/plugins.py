@@ -32,8 +32,8 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     return modules[0]
 
 
-_OF_TRAIN = ("torch", "sklearn", "skops", "safetensors")
-"""Packages that learning needs, and nothing else: half of the gigabytes."""
+_OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "pyarrow")
+"""Packages that learning and its results need: more than half of the gigabytes."""
 
 
 def missing_extra(error: ImportError, asked: str) -> InputError | None:

@@ -1,4 +1,4 @@
-"""Without PyTorch and scikit-learn: all but learning works, and learning says what to install."""
+"""Without PyTorch, scikit-learn and pyarrow all but learning works, which says what to install."""
 
 import os
 import subprocess
@@ -10,14 +10,22 @@ HIDING = """
 import sys
 from importlib.abc import MetaPathFinder
 
+HIDDEN = {"torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow"}
+
 
 class Hidden(MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {"torch", "sklearn", "skops", "safetensors", "onnx"}:
+        if name.partition(".")[0] in HIDDEN:
             raise ModuleNotFoundError(f"No module named '{name}'", name=name)
 
 
 sys.meta_path.insert(0, Hidden())
+"""
+NATURAL = """
+file = "x.parquet"
+[trials]
+duration_s = 1.0
+speed_unknown = true
 """
 NEEDS = "expected the packages of the extra 'train', found No module named"
 
@@ -76,6 +84,23 @@ def test_commands_that_learn_say_what_to_install(light, command):
     assert NEEDS in ended.stderr
     assert "pip install 'afferents[train]'" in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
+    (tmp_path / "x.parquet").touch()
+    (tmp_path / "n.toml").write_text(NATURAL)
+    for arguments in (
+        ("export-lerobot", "s.zarr", "out"),
+        ("-c", "import afferents; afferents.read_natural('n.toml')"),
+        (
+            "-c",
+            "from pathlib import Path; from afferents.recordings.tables import Signal, read_table;"
+            "read_table(Path('x.parquet'), Signal())",
+        ),
+    ):
+        said = light(*arguments).stderr
+        assert "expected the packages of the extra 'parquet', found No module" in said, said
+        assert "pip install 'afferents[parquet]'" in said
 
 
 def test_functions_that_learn_say_it_too(light):

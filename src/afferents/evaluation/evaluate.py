@@ -62,7 +62,7 @@ def evaluate(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    import_extra("train", "evaluate", "torch", "sklearn")
+    import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
     from afferents.evaluation.run import evaluate as run
 
     with Progress(quiet) as progress:
@@ -100,7 +100,7 @@ def evaluate_textures(
     InputError
         If something given is not what it should be, or an option makes no sense here.
     """
-    import_extra("train", "evaluate", "torch", "sklearn")
+    import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
     from afferents.evaluation.textures import evaluate_textures as run
 
     with Progress(quiet) as progress:

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from pandas.api.types import is_numeric_dtype
 
 from afferents.documents import read_checked
@@ -33,6 +32,7 @@ from afferents.evaluation.schemas import (
     UnknownSummary,
 )
 from afferents.folds.held_out import SPEED, Split, column_of
+from afferents.plugins import import_extra
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 OPTIONS = "options"
@@ -215,6 +215,7 @@ def read_predictions(path: Path) -> pd.DataFrame:
     InputError
         If the file is missing, damaged, or holds another table.
     """
+    pa = import_extra("train", str(path), "pyarrow")
     do = "remove its folder and evaluate again"
     try:
         if path.exists() and not path.is_file():

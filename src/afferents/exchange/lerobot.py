@@ -16,8 +16,6 @@ from typing import Any, Final, NamedTuple
 import av
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -25,6 +23,7 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.files import Place, write_aside
 from afferents.outputs import require_new_folder
+from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.session import read_session
 from afferents.store.recording import Video
@@ -88,13 +87,14 @@ def export_lerobot(
     ------
     InputError
         If there is no store, it has no markers, sensors or frame rates differ, the session is
-        another one's, or `out` is there already.
+        another one's, `out` is there already, or the extra `parquet` is not installed.
 
     Examples
     --------
     >>> export_lerobot("responses.zarr", "touch-lerobot", session="session")
     130
     """
+    import_extra("parquet", "export-lerobot", "pyarrow")
     store, out = Path(store), Path(out)
     require_new_folder(out, "a new folder for a LeRobot data set")
     recordings = [one for one in open_responses(store) if dims.POSITION in one]
@@ -212,6 +212,9 @@ def _sound(responses: Responses, fps: int) -> NDArray[np.float32]:
 
 def _write_table(path: Path, frames: dict[str, NDArray[Any]]) -> None:
     """Write columns, (frame,) or (frame, n), of numbers or of lists of n."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     path.parent.mkdir(parents=True, exist_ok=True)
     columns = {}
     for name, values in frames.items():
@@ -295,6 +298,9 @@ def _write_meta(
     features: dict[str, Any],
     fps: int,
 ) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     (root / EPISODES).parent.mkdir(parents=True)
     pq.write_table(pa.Table.from_pylist(rows), (root / EPISODES).absolute())
     named = pd.DataFrame({"task_index": range(len(tasks))}, index=pd.Index(tasks, name="task"))

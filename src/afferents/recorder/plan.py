@@ -176,7 +176,8 @@ class Plan(BaseModel):
         if not isinstance(diameter_mm, int | float):
             return None
         zero = MARK if self.drum_zero == MARK else f"{opened} {texture}"
-        return Drum(math.pi * diameter_mm, self.contact_mm, zero)
+        circumference_mm = math.pi * diameter_mm
+        return Drum(circumference_mm=circumference_mm, contact_mm=self.contact_mm, zero=zero)
 
     def entries(self) -> "list[Entry]":
         """Return the runs in the order in which they are made.

@@ -104,7 +104,9 @@ class Run:
         except (OSError, av.FFmpegError) as error:
             self._fail(error)
         finally:
-            with suppress(OSError):  # of a full disk: the fault that is raised below
+            with suppress(
+                OSError, AfferentsError
+            ):  # of a full disk: the fault that is raised below
                 self.log.write(self._folder)
         if isinstance(self._fault, OSError | av.FFmpegError):
             why = reason_of(self._fault)

@@ -1,24 +1,22 @@
 """What is noted of a run while it is recorded, and what it says of the devices' clocks."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from scipy.stats import siegelslopes
 
-from afferents.errors import InputError, reason_of
-from afferents.store.drum_path import DRIVE, ORIGIN, Drum, write_drive
+from afferents.store.drum_path import DRIVE, Drum
+from afferents.store.log import read_log, write_log
 from afferents.store.recording import Recording, RecordingSet
 
 # Times are those of the monotonic clock, s. A run's own time, that of its video and its sound,
-# counts from ``origin_s``, which every table has in its metadata: when the first sample was taken,
-# or without sound the first frame.
+# counts from ``origin_s``, which stands above the columns of every log: when the first sample was
+# taken, or without sound the first frame.
 
-FRAMES, SOUND = "frames.parquet", "sound.parquet"
+FRAMES, SOUND = "frames.csv", "sound.csv"
 
 
 class FrameRow(NamedTuple):
@@ -104,30 +102,14 @@ class Log:
     last: bytes = b""
 
     def write(self, folder: Path) -> None:
-        """Write the tables of what there is."""
-        for name, form, rows in (
-            (FRAMES, FrameRow, self.frames),
-            (SOUND, BlockRow, self.blocks),
+        """Write a log of each that there is."""
+        for name, form, rows, drum in (
+            (FRAMES, FrameRow, self.frames, None),
+            (SOUND, BlockRow, self.blocks, None),
+            (DRIVE, DriveRow, self.drive, self.drum),
         ):
             if rows:
-                table = _table(form, rows).replace_schema_metadata(
-                    {ORIGIN: repr(self.origin_s).encode()}
-                )
-                pq.write_table(table, (folder / name).absolute(), compression="zstd")
-        if self.drive:
-            write_drive(folder / DRIVE, _table(DriveRow, self.drive), self.origin_s, self.drum)
-
-
-_TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str | None: pa.string()}
-
-
-def _table(form: type, rows: Iterable[tuple[object, ...]]) -> pa.Table:
-    types = form.__annotations__
-    schema = pa.schema([(name, _TYPES[kind]) for name, kind in types.items()])
-    columns = [list(column) for column in zip(*rows, strict=True)]
-    return pa.Table.from_arrays(
-        [pa.array(c, t.type) for c, t in zip(columns, schema, strict=True)], schema=schema
-    )
+                write_log(folder / name, form._fields, rows, self.origin_s, drum)
 
 
 # When a microphone's samples were taken, from the times of all its blocks.
@@ -262,7 +244,7 @@ def clock_sentences(session: RecordingSet) -> list[str]:
     Raises
     ------
     InputError
-        If a recording's tables can't be read.
+        If a recording's logs can't be read.
     """
     known = [one for recording in session.recordings if (one := _clocks_of(recording))]
     if not known:
@@ -300,33 +282,23 @@ def _clocks_of(recording: Recording) -> Clocks | None:
     if recording.audio is None:
         return None
     folder = Path(recording.audio.path).parent
-    if not (folder / SOUND).is_file():
+    if (log := read_log(folder / SOUND, BlockRow.__annotations__)) is None:
         return None
-    table = _read(folder / SOUND)
-    rate_hz, origin = recording.audio.sample_rate_hz, (table.schema.metadata or {}).get(ORIGIN)
-    if origin is None or not len(table):
+    head, table = log
+    if head.origin_s is None or table.empty:
         return None
-    rows = [BlockRow(*row.values()) for row in table.select(BlockRow._fields).to_pylist()]
+    rows = [BlockRow._make(row) for row in table.itertuples(index=False)]
+    rate_hz = recording.audio.sample_rate_hz
     clock = sound_clock(rows, rate_hz)
     seconds = sum(row.n_samples for row in rows) / rate_hz
-    late_s = clock.start_s - float(origin)
+    late_s = clock.start_s - head.origin_s
     return Clocks(recording.name, _frame_rate(folder / FRAMES), late_s, clock, seconds)
 
 
 def _frame_rate(path: Path) -> float:
     """Return frames a second by their numbers and times; NaN if there is nothing to tell it."""
-    if not path.is_file():
+    log = read_log(path, {"sequence": int, "time_s": float})
+    if log is None or len(log[1]) < 2:
         return float("nan")
-    table = _read(path)
-    number, time_s = (table[name].to_numpy() for name in ("sequence", "time_s"))
-    if len(number) < 2 or time_s[-1] <= time_s[0]:
-        return float("nan")
-    return float((number[-1] - number[0]) / (time_s[-1] - time_s[0]))
-
-
-def _read(path: Path) -> pa.Table:
-    try:
-        return pq.read_table(path.absolute())
-    except (OSError, pa.ArrowException) as error:
-        expected = "a table that 'afferents record' wrote"
-        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
+    n, seconds = (log[1].iloc[-1] - log[1].iloc[0]).to_numpy()
+    return float(n / seconds) if seconds > 0 else float("nan")

@@ -361,6 +361,7 @@ def _is_number(field: str, integer: bool) -> bool:
 
 
 def _parquet(path: Path, signal: Signal) -> Table:
+    import_extra("parquet", str(path), "pyarrow")
     import pandas as pd
 
     frame = pd.read_parquet(path.absolute())

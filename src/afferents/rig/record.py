@@ -12,7 +12,6 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import av
 import cv2
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
@@ -23,7 +22,8 @@ from afferents.rig.drive import STEADY_S
 from afferents.rig.microphone import write_wav
 from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate_run
 from afferents.rig.surface import Surface
-from afferents.store.drum_path import DRIVE, Drum, write_drive
+from afferents.store.drum_path import CONTACT_MM, DRIVE, MARK, Drum
+from afferents.store.log import write_log
 from afferents.store.recording import GreyImage
 
 _TICKS_HZ = 90_000
@@ -177,12 +177,10 @@ def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) ->
 
 def write_way(path: Path, run: Simulated, diameter_mm: float) -> None:
     """Write the drum's way as a recorder logs it: of an encoder without error, read every frame."""
-    table = pa.table({
-        "time_s": run.time_s,
-        "position_mm": run.angle_rad * diameter_mm / 2,
-        "speed_mm_s": run.speed_mm_s,
-    })  # fmt: skip
-    write_drive(path, table, 0.0, Drum(np.pi * diameter_mm))
+    position_mm = run.angle_rad * diameter_mm / 2
+    rows = zip(run.time_s, position_mm, run.speed_mm_s, strict=True)
+    drum = Drum(circumference_mm=np.pi * diameter_mm, contact_mm=CONTACT_MM, zero=MARK)
+    write_log(path, ("time_s", "position_mm", "speed_mm_s"), rows, 0.0, drum)
 
 
 def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:

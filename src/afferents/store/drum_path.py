@@ -6,28 +6,23 @@ drive was opened. Of two recordings with one zero it is known which stretches of
 touched both.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import xarray as xr
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from afferents import dims
 from afferents.documents import as_form
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError
+from afferents.store.log import read_log
 
 Values = NDArray[np.float64]
 
-DRIVE = "drive.parquet"
-"""A table beside a recording's video: `time_s`, `position_mm`, and what else the drive said."""
-ORIGIN = b"origin_s"
-"""In its metadata: when the recording began, on the clock of `time_s`."""
+DRIVE = "drive.csv"
+"""A log beside a recording's video: `time_s`, `position_mm`, and what else the drive said."""
 MARK = "mark"
 """Zero of positions that count from a mark on the drum, whenever it was mounted."""
 CONTACT_MM = 16.0
@@ -42,20 +37,10 @@ LONGEST_GAP_MM = 20.0
 A drum whose speed goes 10% off one way, then the other, is 5% of the gap from the line: 1 mm here.
 That is twice what the drive's gate allows (5%), and small beside the contact patch.
 """
+_WHAT = "what is known of a drum"
 
 
-class _Form(BaseModel):
-    """What a store says of a drum."""
-
-    model_config = ConfigDict(extra="ignore")
-
-    circumference_mm: float = Field(gt=0, lt=1e6)
-    contact_mm: float = Field(ge=0, lt=1e6)
-    zero: str = Field(min_length=1)
-
-
-@dataclass(frozen=True)
-class Drum:
+class Drum(BaseModel):
     """What must be known of a drum to say which stretch of it was touched.
 
     Attributes
@@ -68,13 +53,11 @@ class Drum:
         `MARK`, or what names the time from which on positions count; equal where it is the same.
     """
 
-    circumference_mm: float
-    contact_mm: float = CONTACT_MM
-    zero: str = MARK
+    model_config = ConfigDict(frozen=True)
 
-    def metadata(self) -> dict[bytes, bytes]:
-        """Return it as the metadata of a table."""
-        return {name.encode(): str(value).encode() for name, value in asdict(self).items()}
+    circumference_mm: float = Field(gt=0, lt=1e6)
+    contact_mm: float = Field(ge=0, lt=1e6)
+    zero: str = Field(min_length=1)
 
 
 @dataclass(frozen=True)
@@ -124,15 +107,8 @@ class DrumPath:
             position.astype(np.float32),
             dims=dims.DRIVE_TIME,
             coords={dims.DRIVE_TIME: self.time_s},
-            attrs={dims.UNITS: "mm", **asdict(self.drum)},
+            attrs={dims.UNITS: "mm", **self.drum.model_dump()},
         )
-
-
-def write_drive(path: Path, table: pa.Table, origin_s: float | None, drum: Drum | None) -> None:
-    """Write what a drive logged."""
-    about = {} if drum is None else drum.metadata()
-    table = table.replace_schema_metadata({ORIGIN: repr(origin_s).encode(), **about})
-    pq.write_table(table, path.absolute(), compression="zstd")  # `a:b/c` would be taken for a URI
 
 
 def logged_path(folder: Path) -> DrumPath | None:
@@ -146,28 +122,24 @@ def logged_path(folder: Path) -> DrumPath | None:
     Raises
     ------
     InputError
-        If the table is there and can't be read.
+        If the log is not what it should be, or its times go back.
     """
     path = folder / DRIVE
-    if not path.is_file():
+    if (log := read_log(path, {"time_s": float, "position_mm": float})) is None:
         return None
-    try:
-        table = pq.read_table(path.absolute(), columns=["time_s", "position_mm"])
-        about = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-        origin_s = float(about.get(ORIGIN.decode(), "nan"))
-        time_s, position = (table[name].to_numpy() for name in table.column_names)
-        named = {k: about[k] if k == "zero" else float(about[k]) for k in _SAID if k in about}
-        drum = _drum(named, path) if named else None
-    except (OSError, ValueError, KeyError, pa.ArrowException) as error:
+    head, table = log
+    drum = None if head.drum is None else as_form(head.drum, Drum, path, _WHAT)
+    values = table.to_numpy()
+    time_s, position = values[np.isfinite(values).all(axis=1)].T
+    if (np.diff(time_s) < 0).any():
         raise InputError(
-            f"{path}: expected the table of a drive, found {reason_of(error)}; bring it back, or "
-            "remove it"
-        ) from error
-    known = np.isfinite(position) & np.isfinite(time_s)
-    if drum is None or not np.isfinite(origin_s) or known.sum() < 2:
+            f"{path}: expected times that rise, found some that go back; bring it back as it was, "
+            "or remove it"
+        )
+    if drum is None or head.origin_s is None or len(time_s) < 2:
         return None
-    time_s, first = np.unique(time_s[known] - origin_s, return_index=True)
-    return DrumPath(drum, time_s, position[known][first])
+    time_s, first = np.unique(time_s - head.origin_s, return_index=True)
+    return DrumPath(drum, time_s, position[first])
 
 
 def path_in(responses: xr.Dataset) -> DrumPath | None:
@@ -181,14 +153,6 @@ def path_in(responses: xr.Dataset) -> DrumPath | None:
     if dims.DRUM_POSITION not in responses:
         return None
     stored = responses[dims.DRUM_POSITION]
-    drum = _drum(stored.attrs, f"{dims.DRUM_POSITION} of {responses.attrs['name']}")
+    where = f"{dims.DRUM_POSITION} of {responses.attrs['name']}"
+    drum = as_form(stored.attrs, Drum, where, _WHAT)
     return DrumPath(drum, stored[dims.DRIVE_TIME].values, stored.values.astype(float))
-
-
-def _drum(about: Mapping[str, Any], where: Path | str) -> Drum:
-    """Return the drum that metadata or attributes tell of."""
-    form = as_form(about, _Form, where, "what is known of a drum")
-    return Drum(**form.model_dump())
-
-
-_SAID = tuple(_Form.model_fields)

@@ -19,7 +19,11 @@ ANGLE = split_named("angle")
 
 def recording(name, speed, seconds=6.0, start_mm=0.0, zero=MARK, texture="1"):
     time = np.arange(0, seconds + 0.01, 0.02)
-    way = DrumPath(Drum(ROUND_MM, CONTACT_MM, zero), time, start_mm + speed * time)
+    way = DrumPath(
+        Drum(circumference_mm=ROUND_MM, contact_mm=CONTACT_MM, zero=zero),
+        time,
+        start_mm + speed * time,
+    )
     attrs = {"name": name, "texture": texture, "speed_mm_s": abs(speed)}
     steady = json.dumps([0.0, seconds])
     return xr.Dataset({"drum_position": way.variable()}, attrs={**attrs, "steady_s": steady})

@@ -4,16 +4,16 @@ import json
 import shutil
 
 import numpy as np
-import pyarrow as pa
 import pytest
 
 import afferents
-from afferents.store.drum_path import DRIVE, MARK, Drum, write_drive
+from afferents.store.drum_path import DRIVE, MARK, Drum
+from afferents.store.log import write_log
 
 from ...conftest import few_epochs
 
 SECONDS = 3.0
-DRUM = Drum(50.0, 2.0, MARK)
+DRUM = Drum(circumference_mm=50, contact_mm=2, zero=MARK)
 ASKED = {"split": "angle", "window_s": 0.1, "stride_s": 0.05, "workers": 1, "quiet": True}
 """An arc is 10 mm; a sample at 40 mm/s takes 4 mm, and 2 mm are the contact."""
 
@@ -28,8 +28,8 @@ def store(sounds, tmp_path_factory):
             folder = session / texture / str(speed)
             shutil.copytree(sounds / texture / str(speed), folder)
             time = np.arange(0, SECONDS + 0.05, 0.02)
-            way = 13.0 * number + speed * time
-            write_drive(folder / DRIVE, pa.table({"time_s": time, "position_mm": way}), 0.0, DRUM)
+            rows = zip(time, 13.0 * number + speed * time, strict=True)
+            write_log(folder / DRIVE, ("time_s", "position_mm"), rows, 0.0, DRUM)
     shutil.copy(sounds / "session.json", session)
     afferents.extract(session, root / "s.zarr", workers=1, quiet=True)
     return root / "s.zarr"

@@ -115,4 +115,4 @@ def test_ctrl_c_stops_the_run_and_keeps_what_there_is(record, tmp_path):
     (aside,) = session.glob(".aside/*/1")
     why = json.loads((aside / "why.json").read_text())["why"]
     assert why == "stopped while it was recorded"
-    assert (aside / "frames.parquet").is_file()
+    assert (aside / "frames.csv").is_file()

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 import soundfile
 
@@ -27,6 +25,7 @@ from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
 from afferents.store.drum_path import MARK, Drum, logged_path, path_in
+from afferents.store.log import write_log
 from afferents.store.responses import steady_s
 
 from ...limits import files_no_larger_than
@@ -89,15 +88,15 @@ def faulty(begin, tmp_path_factory):
     return session, made(begin(camera=f"lost = {LOST}\ndamaged = {DAMAGED}"), session)
 
 
-def origin_s(table):
-    return float(pq.read_schema(table).metadata[b"origin_s"])
+def origin_s(log):
+    return json.loads(log.read_text().partition("\n")[0].removeprefix("#"))["origin_s"]
 
 
 def test_lost_frames_are_found_at_exactly_these_and_the_run_is_recorded_again(faulty):
     session, outcome = faulty
     ((place, why),) = outcome.attempts_aside
     assert "3 lost (the first is number 40), 1 damaged (the first is number 70)" in why
-    frames = pd.read_parquet(f"{place}/frames.parquet").set_index("sequence")
+    frames = pd.read_csv(f"{place}/frames.csv", skiprows=1).set_index("sequence")
     missing = sorted(set(range(frames.index[0], frames.index[-1])) - set(frames.index))
     assert missing == LOST
     assert frames.index[frames.damaged].tolist() == DAMAGED
@@ -157,8 +156,8 @@ def responses(faulty):
 
 def test_the_tracks_are_those_of_the_film(faulty, bench, responses):
     session, _ = faulty
-    frames = pd.read_parquet(session / RUN / "frames.parquet")
-    at_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
+    frames = pd.read_csv(session / RUN / "frames.csv", skiprows=1)
+    at_s = frames.time_s - origin_s(session / RUN / "frames.csv")
     np.testing.assert_allclose(responses.time, at_s, atol=1e-6)
     true = bench.film.position_px[frames.sequence]
     found = responses.position.values
@@ -173,11 +172,11 @@ def test_the_angle_is_that_of_the_film(faulty, bench, responses):
     """As a drive on the drum's own clock is read: what is between two reads is a straight line."""
     session, _ = faulty
     way = logged_path(session / RUN)
-    frames = pd.read_parquet(session / RUN / "frames.parquet")
-    time_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
+    frames = pd.read_csv(session / RUN / "frames.csv", skiprows=1)
+    time_s = frames.time_s - origin_s(session / RUN / "frames.csv")
     error = way.at(time_s) - bench.film.way_mm[frames.sequence]
     assert np.abs(error).max() < 0.5
-    assert way.drum == Drum(np.pi * 80)
+    assert way.drum == Drum(circumference_mm=np.pi * 80, contact_mm=16, zero=MARK)
     stored, at_steady = path_in(responses), np.linspace(*steady_s(responses))
     np.testing.assert_allclose(stored.at(at_steady), way.at(at_steady), atol=1e-3)
     with pytest.raises(InputError, match=r"turns at least once in each recording, found 0\.1"):
@@ -198,8 +197,8 @@ def test_positions_count_anew_when_the_drive_was_opened_again(begin):
 def test_the_sound_is_that_of_the_film_and_on_the_same_clock(faulty, bench):
     session, _ = faulty
     samples, rate = soundfile.read(session / RUN / "audio.wav", dtype="int16")
-    blocks = pd.read_parquet(session / RUN / "sound.parquet")
-    frames = pd.read_parquet(session / RUN / "frames.parquet")
+    blocks = pd.read_csv(session / RUN / "sound.csv", skiprows=1)
+    frames = pd.read_csv(session / RUN / "frames.csv", skiprows=1)
     begun_s = frames.time_s[0] - bench.film.time_s[frames.sequence[0]]  # of the film
     first = round((blocks.time_s[0] - begun_s) * rate)
     np.testing.assert_array_equal(samples, bench.film.sound[first : first + len(samples)])
@@ -216,12 +215,12 @@ def test_inspect_says_how_the_clocks_went(faulty, tmp_path):
     assert fps_hz == pytest.approx(90, abs=0.1)
     assert "half a frame apart" not in sentence
     shutil.copytree(session, tmp_path / "S")
-    table = pq.read_table(tmp_path / "S" / RUN / "sound.parquet")
-    late = pa.array(table["time_s"].to_numpy() + 0.03)
-    pq.write_table(table.set_column(0, "time_s", late), tmp_path / "S" / RUN / "sound.parquet")
+    sound = tmp_path / "S" / RUN / "sound.csv"
+    table = pd.read_csv(sound, skiprows=1).assign(time_s=lambda rows: rows.time_s + 0.03)
+    write_log(sound, table.columns, table.itertuples(index=False), origin_s(sound))
     assert f"more than half a frame apart, most in {RUN} (30.0 ms)" in inspected(tmp_path / "S")
-    (tmp_path / "S" / RUN / "sound.parquet").write_bytes(b"broken")
-    assert "expected a table that 'afferents record' wrote" in inspected(tmp_path / "S")
+    sound.write_bytes(b"broken")
+    assert "sound.csv: expected a log with time_s, first_sample" in inspected(tmp_path / "S")
 
 
 def inspected(session):
@@ -241,17 +240,17 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
 
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
-    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    before = (tmp_path / "S" / RUN / "frames.csv").read_bytes()
     refused = made(begin(redo=0, camera="lost = [40, 41, 42]"), tmp_path / "S", again=[RUN])
     assert (refused.recorded, [*refused.kept_aside]) == ([], [RUN])
-    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
+    assert (tmp_path / "S" / RUN / "frames.csv").read_bytes() == before
     outcome = made(begin(), tmp_path / "S", again=[RUN])
     assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
     ((place, why),) = outcome.attempts_aside
     assert why == "accepted, and another was recorded in its place"
-    assert (Path(place) / "frames.parquet").read_bytes() == before
+    assert (Path(place) / "frames.csv").read_bytes() == before
     assert json.loads((Path(place) / "why.json").read_text())["why"] == why
-    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() != before
+    assert (tmp_path / "S" / RUN / "frames.csv").read_bytes() != before
     with pytest.raises(InputError, match=r"runs of the plan \(4/60\), found '9/9'"):
         made(begin(), tmp_path / "S", again=["9/9"])
 
@@ -275,7 +274,7 @@ def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, devi
     assert bench.set_mm_s == 0  # the drum stands still
     aside = tmp_path / "S/.aside/4~60/1"
     assert said in json.loads((aside / "why.json").read_text())["why"]
-    assert len(pd.read_parquet(aside / "frames.parquet")) > 40
+    assert len(pd.read_csv(aside / "frames.csv", skiprows=1)) > 40
     assert len(list(VideoFile(aside / "video.mp4").frames())) > 40
 
 
@@ -296,5 +295,5 @@ def test_a_full_disk_is_one_sentence_and_what_there_is_is_kept(begin, bench, tmp
     with files_no_larger_than(1 << 20), pytest.raises(InputError, match="make room on the disk"):
         made(begin(), session)
     assert bench.set_mm_s == 0
-    assert (session / ".aside/4~60/1/frames.parquet").is_file()
+    assert (session / ".aside/4~60/1/frames.csv").is_file()
     assert made(begin(), session).recorded == [RUN]

@@ -9,6 +9,7 @@ import pandas as pd
 
 from afferents.errors import InputError, reason_of
 from afferents.neuro.natural.description import MM_S, SECONDS, NaturalFile, as_text, classes_of
+from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
 _TRIAL = ["texture", "speed_mm_s", "repetition"]
@@ -50,6 +51,8 @@ def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Sp
 
 def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     """Return the table with the columns that this package calls them by."""
+    if file.suffix.lower() == ".parquet":
+        import_extra("parquet", str(file), "pyarrow")
     try:
         read = _READERS[file.suffix.lower()](file.absolute())
     except (OSError, ValueError, TypeError, KeyError) as error:
