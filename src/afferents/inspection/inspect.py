@@ -41,7 +41,7 @@ from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import facts
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
-from afferents.recordings.described import Described, is_described
+from afferents.recordings.described import is_described
 from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
@@ -271,9 +271,7 @@ def inspect_recordings(
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
     found.sentences += [*length_sentences(rows), *lost_sentences(lost_of(lost))]
-    if not isinstance(data_set, Described):
-        found.sentences += too_short_sentences(rows)
-    found.sentences += table_sentences(session)
+    found.sentences += table_sentences(session) or too_short_sentences(rows)
     try:
         found.sentences += clock_sentences(session)
     except InputError as error:
