@@ -16,7 +16,6 @@ whole, of the package's list.
 
 import json
 import os
-import platform
 import re
 import subprocess
 import sys
@@ -26,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents.benchmark.entries import read_entries, tables_by_task
+from afferents.doctor import processor
 from afferents.evaluation import fold_files, schemas
 from afferents.files import write_text
 from afferents.reporting.discrepancies import to_page
@@ -143,13 +143,6 @@ def source(commands: list[str]) -> dict[str, Any]:
 def write_json(out: Path, found: dict[str, Any]) -> None:
     """Write a data file as they all are, whole or not at all."""
     write_text(out, json.dumps(found, indent=1, ensure_ascii=False) + "\n")
-
-
-def processor() -> str:
-    """Return the processor's name where Linux tells it, else its kind."""
-    info = Path("/proc/cpuinfo")
-    names = re.findall(r"^model name\s*: (.+)$", info.read_text(), re.M) if info.exists() else []
-    return names[0] if names else platform.machine()
 
 
 def output(*command: str) -> str:
