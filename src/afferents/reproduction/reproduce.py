@@ -42,7 +42,7 @@ from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
-from afferents.store.zarr_store import open_responses
+from afferents.store.zarr_store import open_responses, store_config
 
 if TYPE_CHECKING:
     from afferents.recordings.session import Session
@@ -81,7 +81,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     exported = [folder / f"{name}.onnx" for name in BEST]
     if all(path.is_file() for path in exported):
         return exported
-    store = demo if demo.is_dir() and open_responses(demo) else _simulated_store(folder, progress)
+    store = demo if _is_whole(demo) else _simulated_store(folder, progress)
     data = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
@@ -91,6 +91,14 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         for sentence in card.describe():
             progress.note(sentence)
     return exported
+
+
+def _is_whole(store: Path) -> bool:
+    """Tell whether a store holds all of its session: a demo that was stopped leaves a part."""
+    if not store.is_dir():
+        return False
+    there = {str(responses.attrs["name"]) for responses in open_responses(store)}
+    return bool(there) and there >= set(store_config(store).get("recordings", []))
 
 
 def _simulated_store(folder: Path, progress: Progress) -> Path:
