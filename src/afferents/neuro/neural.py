@@ -273,17 +273,27 @@ def neural(
 def _tables(
     store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
 ) -> dict[str, pd.DataFrame]:
-    """Return all tables, a step of the bar each."""
-    steps: dict[str, Callable[[], pd.DataFrame]] = {
-        "rates": partial(rates_table, spikes),
-        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
+    """Return all tables, a step of the bar each; the longest is begun first."""
+    steps = {
         "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
-        "slopes": partial(rate_slopes, spikes),
+        "exponents": partial(_exponents_of, store),
         "stretch": partial(stretch_match, spikes, seed=seed),
-        "exponents": lambda: exponents(open_responses(store)),
+        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
+        "slopes": partial(rate_slopes, spikes),
+        "rates": partial(rates_table, spikes),
     }
-    found = progress.track(steps.items(), "reading spikes", len(steps))
-    return {name: step() for name, step in found}
+    workers = None if spikes.n_trials >= _MANY else 1
+    done = side_by_side(_table, steps.items(), workers, progress.note)
+    found = dict(progress.track(done, "reading spikes", len(steps)))
+    return {name: found[name] for name in TABLES}
+
+
+def _table(name: str, make: Callable[[], pd.DataFrame]) -> tuple[str, pd.DataFrame]:
+    return name, make()
+
+
+def _exponents_of(store: Path) -> pd.DataFrame:
+    return exponents(open_responses(store))
 
 
 def rates_table(spikes: Spikes) -> pd.DataFrame:
