@@ -43,6 +43,8 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_signature": False,
     "copyfile_regex": r".*\.py",
+    "backreferences_dir": "generated/backreferences",  # of names, in which examples they stand
+    "doc_module": ("afferents",),
 }
 
 html_theme = "pydata_sphinx_theme"

@@ -1,10 +1,12 @@
 """Pages' parts that are made from the code whenever the site is built: a Sphinx extension.
 
 What a table lists can't then differ from what the package has. The parts lie in `docs/generated`,
-and pages include them.
+and pages include them. Docstrings end with the names that stand beside theirs on the page of the
+API.
 """
 
 import inspect
+import re
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +73,18 @@ def write(app: Any = None) -> None:
             path.write_text(text)
 
 
+def see_also(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """End a docstring with the names beside it in its section of `api.md`, the next ones first."""
+    for section in (DOCS / "api.md").read_text().split("\n## "):
+        listed = re.findall(r"^   (afferents\.[\w.]+)$", section, re.M)
+        if name in listed and len(listed) > 1:
+            at = listed.index(name)
+            near = sorted(set(listed) - {name}, key=lambda one: abs(listed.index(one) - at))
+            lines += ["", f".. seealso:: {', '.join(f':obj:`{one}`' for one in near[:5])}", ""]
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Write the parts before pages are read."""
     app.connect("builder-inited", write)
+    app.connect("autodoc-process-docstring", see_also)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
