@@ -1,8 +1,10 @@
-"""Two claims of the paper on the rig: nodules amplify vibration; a light touch shows the pattern.
+"""Claims of the paper on the rig, and what its skin does at slow slides.
 
     python scripts/rig_experiments.py
 
-Physics, projection and the noise of the markers; a minute on one core. Prints markdown.
+Nodules amplify vibration; a light touch shows the pattern; below 20 mm/s the skin sticks and slips
+as a whole. Physics, projection and the noise of the markers; some minutes on one core. Prints
+markdown.
 """
 
 import numpy as np
@@ -19,6 +21,11 @@ WAYS = {
     "nodules off": ["skin.nodular=false"],
     "0.4 mm": ["mounting.indentation_mm=0.4"],
     "0.4 mm, nodules off": ["mounting.indentation_mm=0.4", "skin.nodular=false"],
+}
+
+FRICTIONS = {
+    "as it is": [],
+    "friction the same at all speeds": ["skin.static_friction=0.23"],
 }
 
 
@@ -46,8 +53,19 @@ def pattern(rig: Rig, spacing_mm: float) -> tuple[float, float]:
     )  # type: ignore[return-value]
 
 
+def jerk(rig: Rig, spacing_mm: float, speed: float) -> float:
+    """Return how far the whole skin moves from frame to frame, um: its 99th percentile."""
+    surface, start = bumped_surface(spacing_mm, rig.drum), round(STEADY_S * rig.camera.fps_hz)
+    runs = [
+        simulate_run(rig, f"{spacing_mm:g}", surface, speed, STEADY_S + SECONDS, seed)
+        for seed in SEEDS
+    ]
+    moved = [np.diff(run.position_mm[start:].mean(axis=1), axis=0) for run in runs]
+    return float(1000 * np.mean([np.percentile(np.linalg.norm(m, axis=-1), 99) for m in moved]))
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     print(
         "| root mean square of the vibration | " + " | ".join(f"{x:g} mm" for x in SPACINGS) + " |"
     )
@@ -65,6 +83,14 @@ def main() -> None:
         rig = changed(words)
         cells = [", ".join(f"{v:.1f}" for v in pattern(rig, x)) for x in (3.0, 4.0, 6.0)]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+    slow = (10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+    head = " | ".join(f"{v:g} mm/s" for v in slow)
+    print(f"\n| the whole skin from frame to frame, um | {head} |\n" + "|---" * 7 + "|")
+    for name, words in FRICTIONS.items():
+        rig = changed(words)
+        for spacing_mm in (0.0, 3.0, 6.0):
+            cells = [f"{jerk(rig, spacing_mm, v):.1f}" for v in slow]
+            print(f"| {name}, {spacing_mm:g} mm | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":
