@@ -69,13 +69,19 @@ def _failed(error: Exception, debug: bool) -> int:
         return _ended(_no_letters(error), debug)
     if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
         return _ended(str(missing), debug)
-    if isinstance(error, MemoryError | RuntimeError):
+    if _is_out_of_memory(error):
+        do = "run it again with less data, or where there is more"
+        return _ended(f"out of memory; {do}", debug)
+    raise error
+
+
+def _is_out_of_memory(error: Exception) -> bool:
+    """Tell whether memory is short; PyTorch is asked only where it was imported."""
+    if isinstance(error, RuntimeError) and "torch" in sys.modules:
         from afferents.models.hardware import is_out_of_memory
 
-        if is_out_of_memory(error):
-            do = "run it again with less data, or where there is more"
-            return _ended(f"out of memory; {do}", debug)
-    raise error
+        return is_out_of_memory(error)
+    return isinstance(error, MemoryError)
 
 
 def _ended(sentence: str, debug: bool, code: int = 2) -> int:

@@ -1,8 +1,9 @@
 """Windowed centroids of all markers in one pass over the picture, in Numba."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from afferents.compiled import compiled
 
 LOW, HIGH = 0.15, 0.85
 """Between these shares of a marker's contrast a pixel counts in part: below lies the noise of the
@@ -15,8 +16,8 @@ _SHORT_HALF = 11
 _LANES = 16
 """Columns that the processor works on at once."""
 
-_kernel = njit(cache=True, error_model="numpy", nogil=True)
-_fast_kernel = njit(cache=True, error_model="numpy", nogil=True, fastmath=True)
+_kernel = compiled(error_model="numpy", nogil=True)
+_fast_kernel = compiled(error_model="numpy", nogil=True, fastmath=True)
 """For what sees no NaN: fast maths would take every number for one."""
 
 

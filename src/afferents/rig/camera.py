@@ -5,11 +5,11 @@ from functools import lru_cache
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from scipy.special import erf
 
+from afferents.compiled import compiled
 from afferents.store.recording import GreyImage
 
 Points = NDArray[np.float64]
@@ -207,14 +207,14 @@ def _stamps(camera: Camera) -> NDArray[np.uint8]:
     return np.asarray(cover[at.astype(np.int16)], np.uint8)
 
 
-@njit(cache=True)
+@compiled()
 def _light_skin(skin, noise, total):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill the picture with skin and noise."""
     for i in range(len(total)):
         total[i] = skin[i] + noise[i]
 
 
-@njit(cache=True)
+@compiled()
 def _add_discs(total, contrast, position, stamps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Light the pixels that discs cover."""
     height, width = total.shape
@@ -236,7 +236,7 @@ def _add_discs(total, contrast, position, stamps):  # type: ignore[no-untyped-de
                 pixels[k] += np.int16(parts >> np.int32(8))
 
 
-@njit(cache=True)
+@compiled()
 def _expose(total, grey):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Round to grey levels."""
     for i in range(len(total)):

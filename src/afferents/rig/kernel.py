@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from afferents.compiled import compiled
+
 N_SIDE = 19
 """Pins a side (paper, section 2.1)."""
 ROW = N_SIDE + 2
@@ -44,7 +46,7 @@ class Constants(NamedTuple):
     s2: np.float32
 
 
-_kernel = njit(cache=True, fastmath=True, error_model="numpy")
+_kernel = compiled(fastmath=True, error_model="numpy")
 _part = njit(fastmath=True, error_model="numpy", inline="always")
 """Sums are reordered as suits the processor: the same machine gives the same numbers. So that
 the compiler works on many nodes at once, all states lie in one array at constant distances, and

@@ -1,13 +1,14 @@
 """Steps of spiking units, compiled; units lie innermost, so the processor takes many at once."""
 
 import numpy as np
-from numba import njit
+
+from afferents.compiled import compiled
 
 PEAK_MV = np.float32(30.0)
 """An Izhikevich unit that comes so far has fired."""
 
 
-@njit(cache=True)
+@compiled()
 def izhikevich(current, row, weight, state, step_ms, a, b, c, d, fired_step, fired_unit):
     """Advance Izhikevich units; return how many spikes there were, or -1 if they don't fit.
 
@@ -35,7 +36,7 @@ def izhikevich(current, row, weight, state, step_ms, a, b, c, d, fired_step, fir
     return n
 
 
-@njit(cache=True)
+@compiled()
 def leaky(current, row, weight, state, decay, refractory, fired_step, fired_unit, fired_part):
     """Advance leaky units; return how many spikes there were, or -1 if they don't fit.
 
