@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, settings
 
 from afferents import cli
 
+from .extras import pytest_make_collect_report, pytest_runtest_makereport, skip_if_lacking  # noqa: F401
 from .kept import kept
 from .launched import Launched, Server
 
@@ -130,6 +131,7 @@ def run(monkeypatch, capsys):
         with pytest.raises(SystemExit) as stop:
             cli.main()
         printed = capsys.readouterr()
+        skip_if_lacking(printed.err)
         return stop.value.code or 0, printed.out, printed.err
 
     return command
@@ -221,6 +223,7 @@ def fails(monkeypatch, capsys):
         with pytest.raises(SystemExit) as stop:
             cli.main()
         printed = capsys.readouterr().err
+        skip_if_lacking(printed)
         assert stop.value.code == code, printed
         assert "Traceback" not in printed
         sentences = [line for line in printed.splitlines() if line.startswith("afferents: ")]

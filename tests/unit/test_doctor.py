@@ -8,10 +8,14 @@ import pytest
 
 from afferents import doctor
 
+from ..extras import ABSENT
+
+NEEDS_TRAIN = pytest.mark.skipif("skops" in ABSENT, reason="needs the extra train")
 INSTALLED = doctor.version
 
 
 def test_here_nothing_is_missing():
+    pytest.importorskip("torch")
     rows, missing = doctor.diagnose()
     assert missing == []
     found = dict(rows)
@@ -24,7 +28,7 @@ def test_here_nothing_is_missing():
     assert not named & {"dev", "docs"}
 
 
-@pytest.mark.parametrize("package", ["onnxruntime", "skops"])
+@pytest.mark.parametrize("package", ["onnxruntime", pytest.param("skops", marks=NEEDS_TRAIN)])
 def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
     """What only an extra needs is not missed."""
     installed = doctor.version
@@ -48,7 +52,8 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
 
 
 @pytest.mark.parametrize(
-    ("module", "lost"), [("torch", "torch build"), ("av", "codec h264"), ("cv2", None)]
+    ("module", "lost"),
+    [pytest.param("torch", "torch build", marks=NEEDS_TRAIN), ("av", "codec h264"), ("cv2", None)],
 )
 def test_a_module_that_cannot_be_imported_is_named(monkeypatch, module, lost):
     monkeypatch.setitem(sys.modules, module, None)

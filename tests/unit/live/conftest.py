@@ -8,8 +8,6 @@ import pytest
 
 from afferents.evaluation.data import open_data
 from afferents.evaluation.options import TrainingOptions
-from afferents.evaluation.train import Training, train_model
-from afferents.models.export import export
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
@@ -23,6 +21,9 @@ LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.replay"]
 
 
 def trained(store, name, folder):
+    from afferents.evaluation.train import Training, train_model  # what needs no model needs none
+    from afferents.models.export import export
+
     data = open_data([str(store)])
     training = Training(data, MODELS[name], data[0].encodings, TrainingOptions(preset="quick"))
     train_model(training, folder / name, QUIET)

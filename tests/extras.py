@@ -1,0 +1,77 @@
+"""A test that needs an extra which is not installed is skipped, and says what it lacks.
+
+What needs PyTorch is not marked, which would only grow stale: it shows by the import that fails, be
+it the test's own or the package's, whose sentence names it. Where everything is installed, as
+`make install` does, nothing is skipped for this.
+"""
+
+import re
+from importlib.util import find_spec
+
+import pytest
+
+OF_EXTRAS = {
+    "dask",
+    "distributed",
+    "dynamixel_sdk",
+    "elephant",
+    "grimp",
+    "h5py",
+    "ipykernel",
+    "mypy",
+    "myst_parser",
+    "nbclient",
+    "ndx_pose",
+    "ndx_sound",
+    "neo",
+    "nwbinspector",
+    "onnx",
+    "onnxscript",
+    "playwright",
+    "pooch",
+    "pyarrow",
+    "pylsl",
+    "pynwb",
+    "pyspike",
+    "pyts",
+    "quantities",
+    "requests",
+    "rosbags",
+    "safetensors",
+    "serial",
+    "sklearn",
+    "skops",
+    "sphinx",
+    "sphinx_gallery",
+    "torch",
+    "trimesh",
+}
+ABSENT = {name for name in OF_EXTRAS if find_spec(name) is None}
+SAID = re.compile(r"No module named '(\w+)|`Import (\w+)` failed")  # the latter of pandas
+
+
+def lacking(text):
+    """Return which absent package a text says is missing, if it says so of one."""
+    return next((name for said in SAID.findall(text) for name in said if name in ABSENT), None)
+
+
+def skip_if_lacking(text):
+    """Skip the test whose command has printed that an extra is missing."""
+    if name := lacking(text):
+        pytest.skip(f"needs {name}")
+
+
+def _skipped(report, path):
+    if report.failed and (name := lacking(report.longreprtext)):
+        report.outcome, report.longrepr = "skipped", (str(path), 0, f"Skipped: needs {name}")
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    return _skipped((yield), collector.path)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    return _skipped((yield), item.path)
