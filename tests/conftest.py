@@ -22,7 +22,8 @@ from .launched import Launched, Server
 
 # Who runs the tests in the background, or under nohup, lets them ignore these; the commands that
 # they start would then ignore them too, as they should.
-signal.signal(signal.SIGHUP, signal.SIG_DFL)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Where a test asks for no number of processes, one is enough: each further one imports all anew.

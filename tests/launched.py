@@ -7,7 +7,6 @@ process as any other: signals, groups, streams and the exit code are its own.
 import importlib
 import json
 import os
-import resource
 import signal
 import socket
 import subprocess
@@ -109,6 +108,8 @@ def become(asked, fds):
     if asked.get("session"):
         os.setsid()
     if asked.get("files"):
+        import resource  # not on Windows, where nothing is launched
+
         resource.setrlimit(resource.RLIMIT_NOFILE, (asked["files"],) * 2)
     if asked.get("cwd"):
         os.chdir(asked["cwd"])

@@ -58,7 +58,8 @@ def _take(lock: FileLock, folder: Path, command: str) -> None:
             "another name"
         ) from None
     who = f"process {os.getpid()} on {socket.gethostname()}"
-    (folder / LOCK).write_text(f"'{command}' since {time.strftime('%H:%M:%S')} ({who})")
+    with suppress(PermissionError):  # on Windows, nobody writes a file that is locked
+        (folder / LOCK).write_text(f"'{command}' since {time.strftime('%H:%M:%S')} ({who})")
 
 
 def lock_text(folder: Path) -> str:

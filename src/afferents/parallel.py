@@ -118,6 +118,9 @@ def _deaf_to_the_terminal() -> Iterator[None]:
 
     It is for this process to stop them, and they would print what they were at.
     """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows, where it reaches them
+        yield
+        return
     meant_for_all = {signal.SIGINT, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, meant_for_all)
     try:

@@ -1,11 +1,13 @@
 """What Numba compiles works where it can be kept, and where it can't."""
 
 import runpy
+import sys
 from pathlib import Path
 
 import numba
 import pytest
 
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="homes are found otherwise there")
 TWICE = """
 from afferents.compiled import compiled
 

@@ -1,26 +1,10 @@
 """Without PyTorch, scikit-learn and pyarrow all but learning works, which says what to install."""
 
-import os
-import subprocess
-import sys
-
 import pytest
 
-HIDING = """
-import sys
-from importlib.abc import MetaPathFinder
+from ..hiding import runner
 
-HIDDEN = {"torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow"}
-
-
-class Hidden(MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in HIDDEN:
-            raise ModuleNotFoundError(f"No module named '{name}'", name=name)
-
-
-sys.meta_path.insert(0, Hidden())
-"""
+OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow")
 NATURAL = """
 file = "x.parquet"
 [trials]
@@ -33,22 +17,7 @@ NEEDS = "expected the packages of the extra 'train', found No module named"
 @pytest.fixture
 def light(tmp_path):
     """Run a command, or Python, where the packages of learning can't be imported."""
-    (tmp_path / "hidden").mkdir()
-    (tmp_path / "hidden/sitecustomize.py").write_text(HIDING)
-    paths = [str(tmp_path / "hidden"), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-
-    def run(*arguments):
-        arguments = list(map(str, arguments))
-        command = [
-            sys.executable,
-            *(arguments if arguments[0] == "-c" else ["-m", "afferents", *arguments]),
-        ]
-        return subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-        )
-
-    return run
+    return runner(tmp_path, OF_TRAIN)
 
 
 def test_recordings_markers_and_stores_need_no_learning(light, session, tmp_path):

@@ -220,7 +220,11 @@ def _predictions(make: Messages, lines: Sequence[tuple[int, str]]) -> Iterator[S
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that ``live --json`` wrote, in order of time, and the time of each, ns."""
     try:
-        said = [(json.loads(line), line) for line in path.read_text().splitlines() if line.strip()]
+        said = [
+            (json.loads(line), line)
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if line.strip()
+        ]
         return sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
     except (OSError, ValueError, TypeError) as error:
         expected = "lines that 'afferents live --json' wrote"

@@ -2,7 +2,6 @@
 
 import math
 import multiprocessing
-import os
 import shutil
 import signal
 import tempfile
@@ -19,7 +18,7 @@ import soundfile
 from afferents.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Source
 from afferents.quality.sound import require_finite
-from afferents.recordings.audio import WavFile
+from afferents.recordings.audio import WavFile, sound_name
 from afferents.recordings.video import open_video
 from afferents.rig.config import Rig
 from afferents.rig.drums import texture_name
@@ -141,7 +140,7 @@ class ReplayedSound(_Played):
     def events(self) -> Iterator[Event]:
         """Yield its samples when the last of each piece is due."""
         n = 0
-        with soundfile.SoundFile(os.fsencode(self._audio.path)) as file:
+        with soundfile.SoundFile(sound_name(self._audio.path)) as file:
             chunk = max(1, round(CHUNK_S * self.rate_hz))
             for block in file.blocks(chunk, dtype="float32", always_2d=True):
                 channel = self._audio.channel

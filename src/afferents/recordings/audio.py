@@ -2,6 +2,7 @@
 
 import os
 import struct
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,6 +27,11 @@ _PLAIN = frozenset({0x0001, 0x0003, 0x0006, 0x0007, 0xFFFE})
 others a block holds many samples."""
 _MOST_CHUNKS = 1000
 """No recorder writes more; noise with a wav's first bytes would be walked for long."""
+
+
+def sound_name(path: Path) -> str | bytes:
+    """Return a file's name as libsndfile takes it: bytes, of any letters; wide ones on Windows."""
+    return str(path) if sys.platform == "win32" else os.fsencode(path)
 
 
 def declared_samples(path: Path) -> int | None:
@@ -125,7 +131,7 @@ class WavFile:
         if not self.path.is_file():
             raise InputError(f"{self.path}: expected a sound file, found no such file")
         try:
-            info = soundfile.info(os.fsencode(self.path))
+            info = soundfile.info(sound_name(self.path))
         except soundfile.SoundFileError as error:
             raise InputError(
                 f"{self.path}: expected a readable sound file, found {reason_of(error)}"
@@ -195,7 +201,7 @@ class WavFile:
         samples = np.empty(self.n_samples, np.float32)
         n = 0
         try:
-            with soundfile.SoundFile(os.fsencode(self.path)) as file:
+            with soundfile.SoundFile(sound_name(self.path)) as file:
                 for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
                     samples[n : n + len(block)] = block[:, self.channel]
                     n += len(block)
