@@ -212,12 +212,12 @@ def test_nothing_of_an_archive_leaves_the_folder(site, archive, tmp_path, conten
 
 
 def test_a_file_that_is_there_is_never_overwritten(site, archive, tmp_path):
-    archive = zipped(FILES)  # once: it holds the time when it was made
-    offer(site, archive)
+    packed = zipped(FILES)  # once: it holds the time when it was made
+    offer(site, packed)
     (tmp_path / "readme.txt").write_text("mine")
     with pytest.raises(InputError, match=r"readme.txt: expected the file that the archive holds"):
         go(archive, tmp_path)
-    assert here(tmp_path) == {"readme.txt": b"mine", f"{KEY}.zip": archive}
+    assert here(tmp_path) == {"readme.txt": b"mine", f"{KEY}.zip": packed}
 
 
 @pytest.mark.parametrize(
