@@ -58,7 +58,10 @@ Reprint = Annotated[
 ]
 Indentation = Annotated[
     float | None,
-    typer.Option(help="How deep the fingertip is pressed on, mm (default: 1, the paper's)."),
+    typer.Option(
+        help="How deep the fingertip is pressed on, mm, kept as the condition indentation_mm "
+        "(default: 1, the paper's)."
+    ),
 ]
 WithNodules = Annotated[
     Nodules,

@@ -38,6 +38,8 @@ class Simulation:
         Name of the sensor whose pins the rig has.
     height_maps
         Surfaces of their own, by name.
+    conditions
+        What distinguishes the session from others that are evaluated with it, by name.
     """
 
     session: Path
@@ -48,6 +50,7 @@ class Simulation:
     rig: Rig = field(default_factory=Rig)
     sensor: str = RIGS_OWN
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> list[tuple[str, float]]:
@@ -82,6 +85,7 @@ class Simulation:
             "seconds": self.seconds,
             "seed": self.seed,
             "rig": self.rig.model_dump(mode="json"),
+            **({"conditions": dict(self.conditions)} if self.conditions else {}),
             RUNS: runs,
             "versions": {
                 "afferents": __version__,
@@ -124,7 +128,8 @@ def simulation_of(
     reprint
         Which set of printed drums is used; None for that of the seed's number.
     indentation_mm
-        How deep the fingertip is pressed, mm; None for the paper's 1 mm.
+        How deep the fingertip is pressed, mm; None for the paper's 1 mm. Where it is given, it is
+        a condition of the session's recordings.
     nodules
         Whether the skin has nodules or is flat.
 
@@ -148,6 +153,7 @@ def simulation_of(
         rig,
         sensor,
         maps,
+        {} if indentation_mm is None else {"indentation_mm": indentation_mm},
     )
 
 

@@ -36,7 +36,7 @@ class Kind(NamedTuple):
     features
         Values a step.
     steps, fewest
-        Steps at most, about 12 s, and at least.
+        Steps at most, about 12 s, and at least: a few seconds of sound are alike by chance.
     shift
         Steps by which copies may be shifted, about 1 s.
     spectra
@@ -55,7 +55,7 @@ class Kind(NamedTuple):
 
 KINDS = {
     "tracks": Kind(2, 1024, 90, 90, 0.6, 0.65),
-    "sound": Kind(8, 256, 30, 20, 0.65, 0.85),
+    "sound": Kind(8, 256, 80, 20, 0.65, 0.85),
     "taxels": Kind(4, 512, 90, 36, 0.8, 0.9),
 }
 SWINGS = (0.5, 0.4)

@@ -162,7 +162,7 @@ def test_covered_markers_are_a_doubt():
 def test_a_copy_that_was_encoded_again_is_warned_of(run, noisy, tmp_path):
     rng = np.random.default_rng(3)
     for path in sorted(noisy.glob("*/*/audio.wav")):
-        soundfile.write(path, rng.normal(0, 0.1, (3 * RATE_HZ, 2)), RATE_HZ)
+        soundfile.write(path, rng.normal(0, 0.1, (6 * RATE_HZ, 2)), RATE_HZ)
     samples, cut = soundfile.read(noisy / "2/30/audio.wav")[0], round(0.2 * RATE_HZ)
     again = np.concatenate([0.3 * samples[cut:], rng.normal(0, 0.03, (cut, 2))])
     soundfile.write(noisy / "3/60/audio.wav", again, RATE_HZ, subtype="PCM_U8")
