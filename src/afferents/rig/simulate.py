@@ -257,8 +257,8 @@ def simulate(
     reprint
         Which set of printed drums is used; None for that of the seed's number.
     indentation_mm
-        How deep the fingertip is pressed on, mm; None for the paper's 1 mm. Where it is given, it is
-        a condition of the recordings: ``evaluate A.zarr B.zarr --split indentation_mm``.
+        How deep the fingertip is pressed on, mm; None for the paper's 1 mm. Where it is given, it
+        is a condition of the recordings: ``evaluate A.zarr B.zarr --split indentation_mm``.
     nodules
         Whether the skin has its fingerprint's nodules (``on``) or is flat (``off``).
     sensor
