@@ -255,7 +255,8 @@ def simulate(
         When the fingertip is mounted: once a ``session``, as in the paper, or anew for each
         ``drum`` or ``run``.
     reprint
-        Which set of printed drums is used; None for that of the seed's number.
+        Which set of printed drums is used; None for that of the seed's number. Where it is given,
+        it is the condition ``print`` of the recordings: ``evaluate --test-only print=1``.
     indentation_mm
         How deep the fingertip is pressed on, mm; None for the paper's 1 mm. Where it is given, it
         is a condition of the recordings: ``evaluate A.zarr B.zarr --split indentation_mm``.

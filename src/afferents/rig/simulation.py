@@ -128,8 +128,8 @@ def simulation_of(
     reprint
         Which set of printed drums is used; None for that of the seed's number.
     indentation_mm
-        How deep the fingertip is pressed, mm; None for the paper's 1 mm. Where it is given, it is
-        a condition of the session's recordings.
+        How deep the fingertip is pressed, mm; None for the paper's 1 mm. This and `reprint` are
+        conditions of the session's recordings, where they are given.
     nodules
         Whether the skin has nodules or is flat.
 
@@ -144,6 +144,7 @@ def simulation_of(
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
     maps = dict(height_map(text, rig.drum) for text in height_maps)
     folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
+    asked = {"indentation_mm": indentation_mm, "print": reprint}
     return Simulation(
         session,
         tuple(folders),
@@ -153,7 +154,7 @@ def simulation_of(
         rig,
         sensor,
         maps,
-        {} if indentation_mm is None else {"indentation_mm": indentation_mm},
+        {name: value for name, value in asked.items() if value is not None},
     )
 
 

@@ -169,9 +169,8 @@ def test_mounting_indentation_and_nodules_are_switched():
     assert (own.mounting.remount, rig.mounting.remount) == ("session", "run")
     assert rig.mounting.tilt_rad == own.mounting.tilt_rad
     assert (rig.mounting.indentation_mm, rig.skin.nodular) == (0.4, False)
-    assert simulation_of("s", "quick", indentation_mm=0.4).config()["conditions"] == {
-        "indentation_mm": 0.4
-    }
+    given = simulation_of("s", "quick", indentation_mm=0.4, reprint=1)
+    assert given.config()["conditions"] == {"indentation_mm": 0.4, "print": 1}
     assert "conditions" not in simulation_of("s", "quick").config()
     prints = [simulation_of("s", "quick", seed=3, reprint=n).rig.drum.prints for n in (None, 0)]
     assert prints == [3, 0]
