@@ -19,6 +19,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -28,8 +29,8 @@ from matplotlib.figure import Figure
 from scipy.stats import spearmanr
 from scipy.stats import t as student
 
-from afferents.evaluation.results import load_results
-from afferents.evaluation.schemas import Outcome
+from afferents.evaluation.metrics import accuracy_by_group, name_touches
+from afferents.evaluation.results import Results, load_results
 from afferents.reporting.published import published_confusion, published_families
 from afferents.reporting.style import BLUE, GREY, VERMILION
 
@@ -54,6 +55,7 @@ CAUSES = {
 OURS = "shear,sa-local,sa-wave-vector,ra-wave-vector,fusion-shear,order-te,fusion"
 NOISE = "markers=0.05"
 """What makes the rig's RA-I as noisy as the published one, px."""
+TOUCHES_S = (0.11, 0.25, 0.5, 1.0, 2.0, 4.0)
 SOURCES = ("rig", "markers", "extraction", "encodings", "folds", "models", "channels.py")
 
 
@@ -107,29 +109,36 @@ def parts() -> Iterator[Part]:
         yield evaluated(f"ours-{sensor}", sensor, "sa-wave-vector,ra-wave-vector,sa-local")
 
 
-def run(part: Part) -> None:
-    """Run a part's commands, keep what they found, and commit that."""
+def run(part: Part, kept: Path = KEPT) -> None:
+    """Run a part's commands, keep what they found in a folder of the docs, and commit that."""
     for words in part.commands:
         if words[0] == "simulate" and (OUT / f"{words[1]}.zarr").is_dir():
             continue  # extracted already, and its videos are gone
-        say(f"afferents {' '.join(words)}")
+        say(line_of(words))
+        own = words[0].endswith(".py")
+        command = [str(pages.ROOT / words[0]), *words[1:]] if own else ["-m", "afferents", *words]
+        command = [sys.executable, *command, *(() if own else ("--quiet",))]
         with (OUT / "log.txt").open("a") as log:
-            command = [sys.executable, "-m", "afferents", *words, "--quiet"]
             subprocess.run(command, cwd=OUT, stdout=log, stderr=log, check=True)
         if words[0] == "extract":
             shutil.rmtree(OUT / words[1])
     if part.results:
-        KEPT.mkdir(exist_ok=True)
-        file = KEPT / f"{part.name}.json"
+        kept.mkdir(exist_ok=True)
+        file = kept / f"{part.name}.json"
         pages.write_json(file, {**source_of(part), "models": outcomes_of(OUT / part.results)})
-        subprocess.run(["git", "add", str(KEPT)], cwd=pages.ROOT, check=True)
-        commit = ["git", "commit", "-q", "-m", f"Results of the rig: {part.name}", "--", str(KEPT)]
+        subprocess.run(["git", "add", str(kept)], cwd=pages.ROOT, check=True)
+        commit = ["git", "commit", "-q", "-m", f"Results of the rig: {part.name}", "--", str(kept)]
         subprocess.run(commit, cwd=pages.ROOT, check=True)
 
 
 def source_of(part: Part) -> dict[str, Any]:
     """Return commit, day, machine and commands of a part's numbers."""
-    return pages.source([f"afferents {' '.join(words)}" for words in part.commands])
+    return pages.source([line_of(words) for words in part.commands])
+
+
+def line_of(words: Sequence[str]) -> str:
+    """Return a command as it is typed."""
+    return f"{'python' if words[0].endswith('.py') else 'afferents'} {' '.join(words)}"
 
 
 def outcomes_of(results: Path) -> dict[str, Any]:
@@ -142,22 +151,31 @@ def outcomes_of(results: Path) -> dict[str, Any]:
         return {
             name: json.loads((results / f"{name}.json").read_text())["models"] for name in files
         }
-    summary = load_results(results).found
+    found = load_results(results)
     return {
-        model: {protocol: _accuracies(one, summary.textures) for protocol, one in outcomes.items()}
-        for model, outcomes in summary.models.items()
+        model: {protocol: _accuracies(found, model, protocol) for protocol in outcomes}
+        for model, outcomes in found.found.models.items()
     }
 
 
-def _accuracies(one: Outcome, textures: Sequence[str]) -> dict[str, Any]:
-    rows = enumerate(zip(textures, one.confusion, strict=True))
-    touches = {length: touch for length, touch in (one.by_touch or {}).items() if touch}
+def _accuracies(results: Results, model: str, protocol: str) -> dict[str, Any]:
+    one = results.found.models[model][protocol]
+    rows = enumerate(zip(results.textures, one.confusion, strict=True))
+    table = results.predictions
+    table = table[(table["model"] == model) & (table["protocol"] == protocol)]
+    touches = {
+        f"{s:g}": name_touches(table, results.textures, s, results.split.whole) for s in TOUCHES_S
+    }
     return {
         "mean": round(one.mean_accuracy, 4),
         "ci95": [round(share, 4) for share in one.ci95],
         "by_speed": {speed: round(share, 4) for speed, share in one.by.items()},
         "by_texture": {name: round(row[n] / max(1, sum(row)), 4) for n, (name, row) in rows},
-        "by_touch": {length: round(touch.mean_accuracy, 4) for length, touch in touches.items()},
+        "by_touch": {
+            length: round(fmean(accuracy_by_group(touch.named).values()), 4)
+            for length, touch in touches.items()
+            if touch is not None
+        },
     }
 
 
@@ -377,21 +395,21 @@ def _interval(percents: Sequence[float]) -> str:
     return f"{mean:.0f} [{mean - half:.0f}, {mean + half:.0f}]"
 
 
-def require_same_sources() -> None:
+def require_same_sources(kept: Path = KEPT) -> None:
     """Write down what the numbers are made with, or refuse to go on with something else."""
     command = ["git", "rev-parse", *(f"HEAD:src/afferents/{name}" for name in SOURCES)]
     of_these = dict(zip(SOURCES, pages.output(*command).split(), strict=True))
     changed = pages.output("git", "status", "--porcelain", "--", "src/afferents")
-    known = KEPT / "sources.json"
+    known = kept / "sources.json"
     if not known.exists():
-        KEPT.mkdir(exist_ok=True)
+        kept.mkdir(exist_ok=True)
         pages.write_json(known, of_these)
     others = [n for n, tree in json.loads(known.read_text()).items() if of_these.get(n) != tree]
     if others or changed:
         why = f"{', '.join(others)} changed since" if others else "changes are not committed"
         sys.exit(
             f"{known}: expected the sources that the first part was made with, found that {why}; "
-            "go back to them, or remove docs/results/rig and out/results and make all parts again"
+            f"go back to them, or remove {kept} and out/results and make all parts again"
         )
 
 
@@ -400,29 +418,34 @@ def say(line: str) -> None:
     print(line, flush=True)
 
 
-def main(asked: Sequence[str]) -> None:
-    """Run what was asked for."""
-    there: Mapping[str, Part] = {part.name: part for part in parts()}
+def make(
+    parts: Iterable[Part],
+    asked: Sequence[str],
+    kept: Path = KEPT,
+    tables: Callable[[], None] = write_tables,
+) -> None:
+    """Run the parts that were asked for, all if none was, and write tables after each."""
+    there: Mapping[str, Part] = {part.name: part for part in parts}
     if list(asked) == ["list"]:
         for name in there:
-            say(f"{name}{'  made' if made(there[name]) else ''}")
+            say(f"{name}{'  made' if made(there[name], kept) else ''}")
         return
     if unknown := [name for name in asked if name not in there]:
         sys.exit(f"{unknown[0]}: expected one of {', '.join(there)}")
     OUT.mkdir(parents=True, exist_ok=True)
-    require_same_sources()
+    require_same_sources(kept)
     for name in asked or there:
-        if not made(there[name]):
-            run(there[name])
-            write_tables()
+        if not made(there[name], kept):
+            run(there[name], kept)
+            tables()
 
 
-def made(part: Part) -> bool:
+def made(part: Part, kept: Path) -> bool:
     """Tell whether a part is done."""
     if part.results:
-        return (KEPT / f"{part.name}.json").is_file()
+        return (kept / f"{part.name}.json").is_file()
     return (OUT / f"{part.name}.zarr").is_dir() and not (OUT / part.name).exists()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    make(parts(), sys.argv[1:])

@@ -10,6 +10,7 @@ from afferents.channels import CHANNELS
 from afferents.encodings.samples import labels_of, textures_of
 from afferents.errors import InputError
 from afferents.evaluation.encode import Source, encode_all, has, kept_part
+from afferents.evaluation.intervals import bootstrap_unit_of
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
 from afferents.evaluation.summary import accuracies_of
@@ -20,7 +21,7 @@ from afferents.store.responses import Responses
 
 
 def ask_controls(
-    recipe: Recipe, recordings: Sequence[Responses], bootstrap_unit: str, progress: Progress
+    recipe: Recipe, recordings: Sequence[Responses], progress: Progress
 ) -> dict[str, Accuracies]:
     """Return how much is recognised under each control.
 
@@ -34,8 +35,6 @@ def ask_controls(
     ----------
     recordings
         As they are, with the part of them that is used.
-    bootstrap_unit
-        What intervals are drawn over.
     """
     source = Source(CHANNELS[dims.RA2], recipe.encodings.of("orders"))
     groups = np.array(recipe.split.groups_of(recordings))
@@ -48,9 +47,7 @@ def ask_controls(
     except InputError:
         return {}
     names = ("none", *CONTROLS)
-    return {
-        name: _asked(recipe, recordings, source, name, bootstrap_unit, progress) for name in names
-    }
+    return {name: _asked(recipe, recordings, source, name, progress) for name in names}
 
 
 def _asked(
@@ -58,7 +55,6 @@ def _asked(
     recordings: Sequence[Responses],
     source: Source,
     control: str,
-    bootstrap_unit: str,
     progress: Progress,
 ) -> Accuracies:
     split = recipe.split
@@ -75,4 +71,5 @@ def _asked(
         "true_texture": samples[dims.TEXTURE].values,
         "predicted_texture": np.array(textures_of(samples))[named],
     })  # fmt: skip
-    return Accuracies(**accuracies_of(predictions, split, bootstrap_unit))
+    unit = bootstrap_unit_of(len(recipe.data), predictions)
+    return Accuracies(**accuracies_of(predictions, split, unit))

@@ -16,6 +16,7 @@ from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.intervals import numbered
 from afferents.extraction.copies import with_fingerprint
 from afferents.extraction.extract import responses_of
+from afferents.folds.held_out import text_of
 from afferents.models.card import Source
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
@@ -235,7 +236,7 @@ def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses
     known: dict[str, set[str]] = {}
     for responses in recordings:
         for name, value in conditions(responses).items():
-            known.setdefault(name, set()).add(str(value))
+            known.setdefault(name, set()).add(text_of(value))
     for name, value in without.items():
         if name not in known:
             raise InputError(
@@ -250,7 +251,7 @@ def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
     kept = []
     for responses in data.responses:
         declared = conditions(responses)
-        if not any(str(declared.get(name)) == value for name, value in without.items()):
+        if not any(text_of(declared.get(name)) == value for name, value in without.items()):
             kept.append(responses)
     if not kept:
         raise InputError("--without: expected to leave some recordings, found none left")

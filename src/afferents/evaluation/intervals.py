@@ -18,9 +18,22 @@ SESSION: Final = "session"
 """What may be drawn anew (the bootstrap unit), as summaries name it."""
 
 
-def bootstrap_unit_of(n_sources: int) -> Literal["texture", "session"]:
-    """Return what is drawn anew of an evaluation of so many sessions."""
-    return SESSION if n_sources > 1 else TEXTURE
+def bootstrap_unit_of(n_sources: int, predictions: pd.DataFrame) -> Literal["texture", "session"]:
+    """Return what is drawn anew of an evaluation of so many sessions.
+
+    Sessions are, where each group held out was tested in several: one that is a group of its own,
+    or the only one tested, stands for no other.
+
+    Parameters
+    ----------
+    predictions
+        With a column recording, and what was held out; one row a test sample.
+    """
+    if n_sources < 2:
+        return TEXTURE
+    sessions = predictions["recording"].map(source_number)
+    counts = sessions.groupby(predictions[column_of(predictions)]).nunique()
+    return SESSION if counts.min() > 1 else TEXTURE
 
 
 def numbered(name: str, number: int) -> str:

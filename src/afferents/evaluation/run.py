@@ -25,7 +25,6 @@ from afferents.evaluation.encode import (
     sources_of,
 )
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
-from afferents.evaluation.intervals import bootstrap_unit_of
 from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
@@ -89,9 +88,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         write_json(recipe.out / CONFIG, recipe.config)
-        unit = bootstrap_unit_of(len(recipe.data))
         if options.control == "none":
-            known = known or ask_controls(recipe, recordings, unit, progress)
+            known = known or ask_controls(recipe, recordings, progress)
         if known:
             quality["controls"] = known
         return summarise_folder(evaluation, recordings, left_out, quality)

@@ -109,8 +109,9 @@ def summarise(
         What the summary says of the whole (data, cut, preset, skipped recordings). Where it names
         several sources, each is a session.
     """
-    bootstrap_unit = bootstrap_unit_of(len(about["data"]))
     loaded = [(key, *load_fold(results, key)) for key in keys]
+    everything = pd.concat([table for *_, table in loaded])
+    bootstrap_unit = bootstrap_unit_of(len(about["data"]), everything)
     models: dict[str, dict[str, Outcome]] = {}
     accuracies: dict[tuple[str, str], Accuracy] = {}
     for model, protocol in dict.fromkeys((key.model, key.protocol) for key in keys):
@@ -124,7 +125,7 @@ def summarise(
         found = _outcome(predictions, [facts for facts, _ in mine], textures, bootstrap_unit)
         models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
-        pd.concat([table for *_, table in loaded]).to_parquet(file, compression="zstd", index=False)
+        everything.to_parquet(file, compression="zstd", index=False)
     units = {unit for accuracy in accuracies.values() for unit in accuracy.units}
     summary = Summary(
         schema=SCHEMA,

@@ -129,7 +129,7 @@ def _written(out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.Da
 
 
 def _unknown_fields(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
-    unit, models = bootstrap_unit_of(n_sources), table.groupby("model", sort=False)
+    unit, models = bootstrap_unit_of(n_sources, table), table.groupby("model", sort=False)
     n = n_sources if unit == SESSION else int(table["texture"].nunique())
     return {
         "false_alarms_stated": round(1 - KNOWN, 6),

@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
-from afferents.folds.held_out import SPEED
+from afferents.folds.held_out import SPEED, text_of
 from afferents.folds.protocol import Fold
 from afferents.store.recording import LETTERS, folder_of
 from afferents.store.responses import Responses, conditions, speed_of, speeds_of, textures_of
@@ -95,9 +95,9 @@ class Ablation:
             return frozenset()
         name, value = self.test_only
         declared = [(str(r.attrs["name"]), conditions(r)) for r in recordings]
-        tested = frozenset(of for of, its in declared if str(its.get(name)) == value)
+        tested = frozenset(of for of, its in declared if text_of(its.get(name)) == value)
         if not 0 < len(tested) < len(declared):
-            there = sorted({f"{k}={v}" for _, its in declared for k, v in its.items()})
+            there = sorted({f"{k}={text_of(v)}" for _, its in declared for k, v in its.items()})
             raise InputError(
                 "--test-only: expected a condition of some recordings "
                 f"({', '.join(there) or 'none is declared'}), found {name}={value}, of "

@@ -143,7 +143,7 @@ class Split:
         InputError
             Naming the option, if one can't be one.
         """
-        return tuple(map(_text, wanted))
+        return tuple(map(text_of, wanted))
 
     def of(self, samples: Samples) -> NDArray[Any]:
         """Return the groups of samples, (n_samples,)."""
@@ -184,7 +184,7 @@ class Split:
                 f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
                 f"which {len(lacking)} of {len(declared)} lack, such as {lacking[0]}"
             )
-        found = {name: _text(its[self.name]) for name, its in declared.items()}
+        found = {name: text_of(its[self.name]) for name, its in declared.items()}
         for name, group in found.items():
             if not 0 < len(group) <= _LONGEST:
                 expected = f"a {self.name} of 1 to {_LONGEST} characters"
@@ -516,7 +516,7 @@ def _percent(character: str) -> str:
     return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "surrogatepass"))
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
     """Return the value of a condition as text: 1, 1.0 and ``1`` are the same trial."""
     whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
     return str(int(value)) if whole else str(value).strip()

@@ -10,6 +10,7 @@ from afferents.evaluation.intervals import (
     TEXTURE,
     Accuracy,
     bootstrap_interval,
+    bootstrap_unit_of,
     intervals_by_group,
     paired_difference,
 )
@@ -132,3 +133,12 @@ def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
     assert paired_difference(other, one).difference == pytest.approx(-0.1)
     with pytest.raises(InputError, match="recordings that both were tested on"):
         paired_difference(one, Accuracy(table([(10, "elsewhere", "a", "a")])))
+
+
+def test_sessions_are_drawn_where_each_group_was_tested_in_several():
+    first, second = (samples_of([0.5, 0.8], session=f"{n}:") for n in (1, 2))
+    assert bootstrap_unit_of(2, table(first + second)) == SESSION
+    assert bootstrap_unit_of(2, table(first)) == TEXTURE  # the other was learnt from alone
+    apart = [*samples_of([0.5], (10.0,), session="1:"), *samples_of([0.5], (20.0,), session="2:")]
+    assert bootstrap_unit_of(2, table(apart)) == TEXTURE  # a session is a group
+    assert bootstrap_unit_of(1, table(first)) == TEXTURE

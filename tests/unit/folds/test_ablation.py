@@ -138,6 +138,16 @@ def test_a_condition_is_tested_and_never_learnt_from():
         Ablation(test_only=("direction", "x")).tested(slides)
 
 
+def test_a_number_is_the_same_condition_however_it_is_written():
+    slides = [
+        r.assign_attrs(conditions=f'{{"print": {n}.0}}', name=f"{r.attrs['name']}{n}")
+        for r in recordings()
+        for n in (11, 99)
+    ]
+    again = Ablation(test_only=("print", "99")).tested(slides)
+    assert again == {r.attrs["name"] for r in slides if r.attrs["name"].endswith("99")}
+
+
 def test_folds_keep_what_is_tested_apart():
     samples = images()
     second = {name for name in samples[dims.RECORDING].values if name.endswith("/1")}

@@ -1,0 +1,370 @@
+"""Answer the paper's open questions on the simulated rig: ``make results-open``.
+
+    python scripts/open_questions.py                 all parts, in order
+    python scripts/open_questions.py PART [PART ...] these alone; `list` names them
+
+As `make_results.py`, whose sessions and folders it uses: a part takes an hour at most and leaves
+what it found in `docs/results/open/PART.json`. Tables and figures are drawn from there for
+`docs/open-questions.md`, which says what is asked and what was expected.
+"""
+
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import make_results as rig
+import matplotlib.pyplot as plt
+import numpy as np
+import results_pages as pages
+from make_results import Part, evaluated, store_of
+from matplotlib.axes import Axes
+
+from afferents.reporting.style import BLUE, GREEN, GREY, VERMILION
+
+KEPT = pages.DATA / "open"
+SEEDS = (11, 12)
+HELD_OUT = ("--held-out", "10,50,100")
+PAPERS = "sa-se,ra-se,sa-ste,ra-ste,vib-te-aug"
+SOLVED = "shear,sa-local,fusion-shear,sa-wave-vector,ra-wave-vector,order-te"
+DEPTHS = ("0.8", "1.0", "1.2")
+CELLS = "20/0.8,50/0.8,80/0.8,20/1,50/1,80/1,20/1.2,50/1.2,80/1.2"
+SURFACES = (
+    "poplin", "shirting", "duck", "hessian", "needlecord", "corduroy", "wide-cord",
+    "elephant-cord", "P40", "P80", "P120",
+)  # fmt: skip
+AROUND = "251.3,1"
+"""Length of a map along the slide, mm, and a height that arrays of heights do not need."""
+LENGTHS = ("0.11", "0.5", "1", "4")
+
+
+def parts() -> Iterator[Part]:
+    """Yield all parts, in the order of the questions."""
+    for seed in SEEDS:
+        yield store_of(f"S{seed}", seed)
+    # 1. Three afferents together.
+    alone = "vib-te-aug,sa-ste,ra-ste"
+    fused = "fusion-networks,three-stems"
+    for seed in SEEDS:
+        yield evaluated(f"together-S{seed}", f"S{seed}", f"{alone},{fused}", *HELD_OUT)
+    for name, disturbed in (("deaf", "sound=20dB"), ("half", "lost=0.5")):
+        wanted = f"together-{name}"
+        yield evaluated(wanted, "S11", f"{alone},{fused}", *HELD_OUT, "--disturb", disturbed)
+    # 2. Speed for images.
+    for seed in SEEDS:
+        copied = "ra-se-aug,ra-ste-aug,sa-ste-aug"
+        yield evaluated(f"copies-S{seed}", f"S{seed}", copied, *HELD_OUT)
+    # 3. How long to feel.
+    yield evaluated("runs", "S11", "sa-ste,ra-ste", *HELD_OUT, "--frames", "1,2,5,20")
+    for window, points, bins in (("0.25", 44100, 200), ("0.5", 44100, 200), ("4", 176400, 800)):
+        of_spectra = ("--fft-points", f"{points}", "--bins", f"{bins}")
+        words = (*HELD_OUT, "--window-s", window, *of_spectra)
+        yield evaluated(f"window-{window}", "S11", "vib-te-aug", *words)
+    # 4. Another depth.
+    for depth in DEPTHS:
+        yield store_of(f"depth-{depth}", 11, "--indentation", depth)
+    stores = [f"depth-{depth}.zarr" for depth in DEPTHS]
+    yield together("depth", stores, f"sa-se,ra-se,vib-te-aug,{SOLVED}", "--split", "indentation_mm")
+    both = ("--split", "speed,indentation_mm", "--held-out", CELLS)
+    yield together("depth-and-speed", stores, SOLVED, *both)
+    # 5. Natural surfaces.
+    for seed in SEEDS:
+        name, maps = f"natural-{seed}", f"maps-{seed}"
+        words = [w for s in SURFACES for w in ("--height-map", f"{s}={maps}/{s}.npy,{AROUND}")]
+        made = store_of(name, seed, "--textures", "a", *words)
+        of_maps = ("scripts/natural_surfaces.py", maps, f"{seed}")
+        yield Part(name, (of_maps, *made.commands))
+        yield evaluated(f"on-{name}", name, f"{PAPERS},{SOLVED}", *HELD_OUT)
+    # 6. Shear, pattern or vibration?
+    for prints in ("11", "99"):
+        yield store_of(f"print-{prints}", 11, "--reprint", prints)
+    stores = ["print-11.zarr", "print-99.zarr"]
+    printed = f"{SOLVED},sa-se,ra-se,vib-te-aug"
+    yield together("reprinted", stores, printed, "--test-only", "print=99", *HELD_OUT)
+    yield evaluated("not-reprinted", "print-11", printed, *HELD_OUT)
+    # 7. Slow slides.
+    yield store_of("slow", 11, "--speeds", "5,10,20,30,40,50,60,70,80,90,100")
+    yield evaluated("from-5", "slow", f"{PAPERS},sa-wave-vector,order-te", "--held-out", "10")
+    yield evaluated("from-10", "S11", f"{PAPERS},sa-wave-vector,order-te", "--held-out", "10")
+
+
+def together(name: str, stores: Sequence[str], models: str, *options: str) -> Part:
+    """Return the part that evaluates models on several stores."""
+    command = ("evaluate", *stores, "--out", name, "--models", models, *options)
+    return Part(name, (command,), name)
+
+
+# Tables and figures, of all parts that are there.
+
+
+def write_tables() -> None:
+    """Write the table and draw the figure of each question, as far as its parts are made."""
+    draw = (_together, _copies, _lengths, _depth, _natural, _shear, _slow)
+    for number, of_question in enumerate(draw, 1):
+        of_question(number)
+
+
+def found(*names: str) -> dict[str, dict[str, Any]]:
+    """Return what those of these parts found that are made; of the rig's other results too."""
+    files = [folder / f"{name}.json" for name in names for folder in (KEPT, rig.KEPT)]
+    return {file.stem: json.loads(file.read_text()) for file in files if file.is_file()}
+
+
+def write(number: int, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
+    """Write the table of a question."""
+    one = next(iter(parts.values()))
+    facts = {key: one[key] for key in ("commit", "date", "machine")}
+    commands = [command for part in parts.values() for command in part["commands"]]
+    table = {"commands": commands, "columns": rows[0], "rows": rows[1:]}
+    pages.write_json(pages.DATA / f"open-{number}.json", {"title": title, **facts, **table})
+
+
+def save(number: int, figure: Any) -> None:
+    """Save the figure of a question."""
+    figure.savefig(pages.DOCS / "images" / f"open-{number}.png", dpi=110)
+    plt.close(figure)
+
+
+def percent(part: Mapping[str, Any], model: str, speeds: Sequence[str] = ()) -> float:
+    """Return a model's mean accuracy, or that over some speeds."""
+    one = part["models"][model]["nested"]
+    return 100 * (float(np.mean([one["by_speed"][s] for s in speeds])) if speeds else one["mean"])
+
+
+def with_interval(part: Mapping[str, Any], model: str) -> str:
+    """Return a model's accuracy with its 95% interval."""
+    one = part["models"][model]["nested"]
+    low, high = (100 * share for share in one["ci95"])
+    return f"{100 * one['mean']:.0f} [{low:.0f}, {high:.0f}]"
+
+
+def touched(part: Mapping[str, Any], model: str) -> dict[float, float]:
+    """Return a model's accuracy, percent, by seconds of touch."""
+    by = part["models"][model]["nested"]["by_touch"]
+    return {float(length): 100 * share for length, share in by.items()}
+
+
+def curve(ax: Axes, by_length: Mapping[float, float], label: str, **style: Any) -> None:
+    """Draw accuracy over seconds of touch."""
+    ax.plot(
+        *zip(*sorted(by_length.items()), strict=True),
+        marker="o",
+        markersize=3.5,
+        label=label,
+        **style,
+    )
+
+
+def over_touch(ax: Axes) -> None:
+    """Label the axes of such curves."""
+    ticks = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4]
+    ax.set(xscale="log", xlabel="length of touch, s", ylabel="accuracy, %", ylim=(0, 103))
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+    ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--")
+
+
+def bars(ax: Axes, names: Sequence[str], groups: Mapping[str, Sequence[float]]) -> None:
+    """Draw a group of bars a model."""
+    colours, width = (BLUE, VERMILION, GREEN, GREY), 0.8 / len(groups)
+    for n, (label, values) in enumerate(groups.items()):
+        place = np.arange(len(names)) + (n - (len(groups) - 1) / 2) * width
+        ax.bar(place, values, width, label=label, color=colours[n])
+    ax.set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
+    ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--")
+    ax.set(ylabel="accuracy, %", ylim=(0, 103))
+    ax.legend(fontsize=8)
+
+
+def _together(number: int) -> None:
+    whole = found(*(f"together-S{seed}" for seed in SEEDS))
+    if not whole:
+        return
+    harmed = found("together-deaf", "together-half")
+    models = list(next(iter(whole.values()))["models"])
+    lost = ("microphone lost, 1 s", "half of the markers lost, 1 s")
+    rows = [["model", *(f"{length} s" for length in LENGTHS), *lost]]
+    figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
+    styles = {
+        "fusion-networks": {"color": BLUE, "lw": 2.2},
+        "three-stems": {"color": VERMILION, "lw": 2.2},
+    }
+    for model in models:
+        each = [touched(part, model) for part in whole.values()]
+        mean = {s: float(np.mean([one[s] for one in each])) for s in each[0]}
+        harm = [touched(part, model).get(1.0) for part in harmed.values()]
+        rows.append([
+            f"`{model}`",
+            *(_range([one.get(float(length)) for one in each]) for length in LENGTHS),
+            *("–" if one is None else f"{one:.0f}" for one in [*harm, None, None][:2]),
+        ])  # fmt: skip
+        curve(ax, mean, model, **styles.get(model, {"lw": 1, "color": None}))
+    over_touch(ax)
+    ax.legend(fontsize=8)
+    save(number, figure)
+    write(number, "Three afferents together", {**whole, **harmed}, rows)
+
+
+def _range(values: Sequence[float | None]) -> str:
+    """Return mean and both sessions."""
+    there = [value for value in values if value is not None]
+    if not there:
+        return "–"
+    both = f" ({', '.join(f'{value:.0f}' for value in there)})" if len(there) > 1 else ""
+    return f"{np.mean(there):.0f}{both}"
+
+
+def _copies(number: int) -> None:
+    copied = found(*(f"copies-S{seed}" for seed in SEEDS))
+    plain = found(*(f"nested-{name.split('-')[1]}" for name in copied))
+    if not copied:
+        return
+    speeds = HELD_OUT[1].split(",")
+    rows = [["model", "copies", *(f"{speed} mm/s" for speed in speeds), "mean"]]
+    names, groups = [], {"without copies": [], "with copies": []}
+    for model in ("ra-se", "ra-ste", "sa-ste"):
+        names.append(model)
+        for label, sessions, name in (
+            ("without copies", plain, model),
+            ("with copies", copied, f"{model}-aug"),
+        ):
+            cells = [[percent(part, name, [s]) for part in sessions.values()] for s in speeds]
+            means = [percent(part, name, speeds) for part in sessions.values()]
+            rows.append([f"`{name}`", label, *map(_range, cells), _range(means)])
+            groups[label].append(float(np.mean(means)))
+    figure, ax = plt.subplots(figsize=(5, 3.2), layout="constrained")
+    bars(ax, names, groups)
+    save(number, figure)
+    write(number, "Copies of images at other speeds", {**copied, **plain}, rows)
+
+
+def _lengths(number: int) -> None:
+    runs = found("runs", *(f"window-{s}" for s in ("0.25", "0.5", "4")))
+    of_all = found("nested-S11", "nested-S12", "ours-S11", "ours-S12")
+    if not of_all:
+        return
+    figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
+    rows = [["model", *(f"{length} s" for length in LENGTHS)]]
+    for kind, ax in zip(("nested", "ours"), axes, strict=True):
+        sessions = [part for name, part in of_all.items() if name.startswith(kind)]
+        for model in sessions[0]["models"]:
+            each = [touched(part, model) for part in sessions]
+            curve(ax, {s: float(np.mean([one[s] for one in each])) for s in each[0]}, model)
+            rows.append([f"`{model}`", *(_range([o.get(float(s)) for o in each]) for s in LENGTHS)])
+        over_touch(ax)
+        ax.legend(fontsize=7.5, loc="lower right")
+    axes[0].set_title("the paper's models, all ten speeds", fontsize=9)
+    axes[1].set_title("ours", fontsize=9)
+    save(number, figure)
+    for name, part in runs.items():
+        for model in part["models"]:
+            what = f"`{model}`" + (
+                f", windows of {name.split('-')[1]} s" if "window" in name else ""
+            )
+            at = touched(part, model)
+            cells = (at.get(float(length)) for length in LENGTHS)
+            rows.append(
+                [f"{what}, 10, 50, 100 mm/s", *("–" if c is None else f"{c:.0f}" for c in cells)]
+            )
+    write(number, "Accuracy by seconds of touch", {**of_all, **runs}, rows)
+
+
+def _two(number: int, title: str, one: tuple[str, str], other: tuple[str, str]) -> None:
+    """Set two parts side by side: name and label of each."""
+    both = found(one[0], other[0])
+    if len(both) < 2:
+        return
+    models = [m for m in both[one[0]]["models"] if m in both[other[0]]["models"]]
+    rows = [["model", one[1], other[1]]]
+    rows += [[f"`{m}`", *(with_interval(part, m) for part in both.values())] for m in models]
+    groups = {
+        label: [percent(both[name], model) for model in models] for name, label in (one, other)
+    }
+    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+    bars(ax, models, groups)
+    save(number, figure)
+    write(number, title, both, rows)
+
+
+def _depth(number: int) -> None:
+    parts = found("ours-S11", "nested-S11", "depth", "depth-and-speed")
+    if "depth" not in parts:
+        return
+    usual = {m: part for n, part in parts.items() if n.endswith("S11") for m in part["models"]}
+    rows = [
+        ["model", "speed held out", "depth held out", *(f"{d} mm" for d in DEPTHS), "both held out"]
+    ]
+    names, groups = [], {"speed held out": [], "depth held out": []}
+    for model in parts["depth"]["models"]:
+        by = parts["depth"]["models"][model]["nested"]["by_speed"].values()
+        both = parts.get("depth-and-speed", {"models": {}})
+        cell = with_interval(both, model) if model in both["models"] else "–"
+        rows.append([
+            f"`{model}`", with_interval(usual[model], model), with_interval(parts["depth"], model),
+            *(f"{100 * share:.0f}" for share in by), cell,
+        ])  # fmt: skip
+        names.append(model)
+        groups["speed held out"].append(percent(usual[model], model))
+        groups["depth held out"].append(percent(parts["depth"], model))
+    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+    bars(ax, names, groups)
+    save(number, figure)
+    write(number, "Another depth", parts, rows)
+
+
+def _natural(number: int) -> None:
+    natural = found(*(f"on-natural-{seed}" for seed in SEEDS))
+    drums = found("nested-S11", "nested-S12", "ours-S11", "ours-S12")
+    if not natural or not drums:
+        return
+    speeds = HELD_OUT[1].split(",")
+    rows = [["model", "drums", "natural surfaces"]]
+    groups: dict[str, list[float]] = {"drums": [], "natural surfaces": []}
+    models = list(next(iter(natural.values()))["models"])
+    for model in models:
+        on_drums = [percent(p, model, speeds) for p in drums.values() if model in p["models"]]
+        on_these = [percent(part, model) for part in natural.values()]
+        rows.append([f"`{model}`", _range(on_drums), _range(on_these)])
+        groups["drums"].append(float(np.mean(on_drums)))
+        groups["natural surfaces"].append(float(np.mean(on_these)))
+    figure, ax = plt.subplots(figsize=(8, 3.4), layout="constrained")
+    bars(ax, models, groups)
+    save(number, figure)
+    write(number, "Natural surfaces", {**natural, **drums}, rows)
+
+
+def _shear(number: int) -> None:
+    parts = found("ours-S11", "ours-S12", "ours-remounted", "not-reprinted", "reprinted")
+    if "reprinted" not in parts:
+        return
+    usual = [parts[name] for name in ("ours-S11", "ours-S12")]
+    ways = ("as it is, all speeds", "mounted anew for each run", "same drums, three speeds")
+    rows = [["model", *ways, "drums printed anew for the test"]]
+    groups: dict[str, list[float]] = {"as it is": [], "mounted anew": [], "drums printed anew": []}
+    names = []
+    for model in parts["reprinted"]["models"]:
+        ours = model in usual[0]["models"]
+        once = [percent(part, model) for part in usual] if ours else []
+        anew = percent(parts["ours-remounted"], model) if ours else None
+        rows.append([
+            f"`{model}`", _range(once), "–" if anew is None else f"{anew:.0f}",
+            with_interval(parts["not-reprinted"], model), with_interval(parts["reprinted"], model),
+        ])  # fmt: skip
+        if anew is not None:
+            names.append(model)
+            groups["as it is"].append(float(np.mean(once)))
+            groups["mounted anew"].append(anew)
+            groups["drums printed anew"].append(percent(parts["reprinted"], model))
+    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+    bars(ax, names, groups)
+    save(number, figure)
+    write(number, "Shear, pattern or vibration", parts, rows)
+
+
+def _slow(number: int) -> None:
+    slowest = ("from-10", "10 mm/s held out, learnt from 20 mm/s up")
+    slower = ("from-5", "10 mm/s held out, 5 mm/s learnt too")
+    _two(number, "Slow slides", slowest, slower)
+
+
+if __name__ == "__main__":
+    rig.make(parts(), sys.argv[1:], KEPT, write_tables)
