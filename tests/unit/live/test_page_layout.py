@@ -127,7 +127,7 @@ def test_one_marker_that_jumps_does_not_set_the_scale(show):
     sa1[3, 4] = 80.0
     page = show(hello(), state(sa1=sa1, ra1=0.01 * sa1))
     said = [page.locator(f"#{name}-scale span").last.text_content() for name in ("sa1", "ra1")]
-    assert said == ["≥ 3 px", "≥ 0.5 px"], "noise fills no scale either"
+    assert said == ["≥ 3 px", "≥ 0.3 px"], "noise fills no scale either"
 
 
 ALPHA = """([row, column]) => {

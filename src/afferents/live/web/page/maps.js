@@ -5,7 +5,7 @@ const CIVIDIS = [[0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109],
   [112, 113, 115], [138, 134, 120], [190, 174, 105], [254, 232, 56]];
 const ROUND = [1, 2, 3, 4, 5, 6, 8, 10]; // times a power of ten: where a scale may end
 const LOST = -1; // stands where a marker is lost; null where none belongs
-const LEAST_PX = 0.5; // noise does not fill the colours
+const LEAST_PX = { sa1: 0.5, ra1: 0.3 }; // noise of tracking does not fill the colours
 const RECENT = 100; // images that the scale is made for, five seconds at most
 const SHARE = 0.99; // of what they show lies within the scale: one marker that jumps does not darken the rest
 
@@ -31,7 +31,7 @@ function scaleEnd(canvas, image) {
   recent.push(image.flat().filter((value) => value !== null && value !== LOST));
   if (recent.length > RECENT) recent.shift();
   const values = Float32Array.from(recent.flat()).sort();
-  const most = Math.max(values[Math.floor(SHARE * (values.length - 1))] ?? 0, LEAST_PX);
+  const most = Math.max(values[Math.floor(SHARE * (values.length - 1))] ?? 0, LEAST_PX[canvas.id]);
   const end = most > before ? roundUp(most) : Math.min(before, roundUp(1.25 * most));
   scales.set(canvas, { recent, end });
   return end;
