@@ -1,10 +1,12 @@
-"""Progress bars with remaining time, on streams that may be closed, full or broken."""
+"""Progress with remaining time, on streams that may be closed, full, broken, or no terminal."""
 
 import io
 import os
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import timedelta
 from types import TracebackType
 from typing import IO, Any, Protocol, Self, TextIO, TypeVar, cast
 
@@ -86,7 +88,12 @@ def _nowhere() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123  for good
 
 
-# Progress bars with remaining time, on stderr; silent for scripts.
+# Bars with remaining time, on stderr; lines where that is a file or a pipe; silent for scripts.
+
+LINE_SHARE, LINE_S = 0.1, 30.0
+"""A line for every tenth of a task, and after so many seconds."""
+LINES_APART_S = 1.0
+"""No more lines than that of a task that is quick."""
 
 T = TypeVar("T")
 
@@ -100,7 +107,7 @@ class Mark(Protocol):
 
 
 class Progress:
-    """Bars for the work of a command; use as a context manager.
+    """Bars for the work of a command, or lines; use as a context manager.
 
     Parameters
     ----------
@@ -121,6 +128,8 @@ class Progress:
             console=console,
             disable=quiet,
         )
+        draws = console.is_jupyter or (console.file.isatty() and not console.is_dumb_terminal)
+        self._says = not (quiet or draws)
 
     def __enter__(self) -> Self:
         """Drawing starts with the first task."""
@@ -133,7 +142,8 @@ class Progress:
         trace: TracebackType | None,
     ) -> None:
         """Stop drawing."""
-        self._bars.stop()
+        if self._bars.live.is_started:
+            self._bars.stop()
 
     def note(self, text: str) -> None:
         """Print a line above the bars."""
@@ -150,6 +160,9 @@ class Progress:
     @contextmanager
     def task(self, label: str, total: float) -> Iterator[Mark]:
         """Show a bar while the block runs; call what it yields to move it."""
+        if self._says:
+            yield from self._in_lines(label, total)
+            return
         self._bars.start()
         task = self._bars.add_task(label, total=total, text="")
 
@@ -157,3 +170,30 @@ class Progress:
             self._bars.update(task, completed=completed, text=text)
 
         yield mark
+
+    def _in_lines(self, label: str, total: float) -> Iterator[Mark]:
+        """Say in lines how far a task is: that it begins, some on the way, and its end."""
+        begun_s = said_s = time.monotonic()
+        said = 0.0
+        self.note(f"{label} ...")
+
+        def mark(completed: float, text: str = "") -> None:
+            nonlocal said, said_s
+            now_s, share = time.monotonic(), completed / total if total else 1.0
+            rested_s = now_s - said_s
+            due = rested_s >= LINE_S or (
+                share - said >= LINE_SHARE * (1 - 1e-9) and rested_s >= LINES_APART_S
+            )
+            if due and 0 < share < 1:
+                said, said_s = share, now_s
+                gone_s = now_s - begun_s
+                left = _clock(gone_s * (1 - share) / share)
+                known = f"{label}: {share:.0%}, {_clock(gone_s)}, left {left}"
+                self.note(f"{known}, {text}" if text else known)
+
+        yield mark
+        self.note(f"{label}: done, {_clock(time.monotonic() - begun_s)}")
+
+
+def _clock(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from afferents import progress
 from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import plan
 from afferents.files import write_json
@@ -41,9 +42,38 @@ def test_what_is_not_taken_is_told_and_progress_is_shown_if_it_can_be(monkeypatc
     monkeypatch.setattr(sys, "stdout", Full())
     assert flush_streams().strerror == "No space left on device"
     monkeypatch.setattr(sys, "stderr", Full())
-    with Progress() as progress:
-        progress.note("nobody reads it")
-        assert list(progress.track("ab", "working", 2)) == ["a", "b"]
+    with Progress() as shown:
+        shown.note("nobody reads it")
+        assert list(shown.track("ab", "working", 2)) == ["a", "b"]
+
+
+def lines_of(marks, capsys, monkeypatch, **how):
+    """What is said of a task that is marked at these times, (s, completed, text)."""
+    now_s = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now_s[0])
+    with Progress(**how) as shown, shown.task("learning", 20) as mark:
+        for now_s[0], done, text in marks:
+            mark(done, text)
+    said = capsys.readouterr().err
+    assert not {"\r", "\x1b"} & {*said}
+    return said.splitlines()
+
+
+def test_in_a_pipe_progress_is_lines(capsys, monkeypatch):
+    """A tenth, or half a minute; a task that is quick has no more than a line a second."""
+    steady = [(10.0 * done, done, "fold 3") for done in range(21)]
+    begins, *some, ends = lines_of(steady, capsys, monkeypatch)
+    assert (begins, ends) == ("learning ...", "learning: done, 0:03:20")
+    assert some[0] == "learning: 10%, 0:00:20, left 0:03:00, fold 3"
+    assert [line.split()[1] for line in some] == [f"{10 * k}%," for k in range(1, 10)]
+    slow = [(40.0 * done, done / 10, "") for done in range(5)]
+    assert lines_of(slow, capsys, monkeypatch)[1] == "learning: 0%, 0:00:40, left 2:12:40"
+    quick = [(0.02 * done, done, "") for done in range(21)]
+    assert lines_of(quick, capsys, monkeypatch) == ["learning ...", "learning: done, 0:00:00"]
+    assert lines_of(steady, capsys, monkeypatch, quiet=True) == []
+    with pytest.raises(ZeroDivisionError), Progress() as shown:
+        sum(1 / one for one in shown.track([0], "trying", 1))
+    assert capsys.readouterr().err == "trying ...\n", "what failed is not done"
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from afferents.choices import Like, Size
 from afferents.cli.errors import fail_if_skipped
@@ -105,7 +106,7 @@ def reproduce(
     """
     import afferents
     from afferents.evaluation.results import Results
-    from afferents.reporting.summary_text import headline, next_steps
+    from afferents.reporting.summary_text import headline, next_steps, what_was_held_out
     from afferents.reporting.tables import short_table1
 
     results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **options)
@@ -115,7 +116,8 @@ def reproduce(
         return
     page = results.root / "report.html"
     commands = [step.command for step in next_steps(results.found) if step.command]
-    said = [headline(results.found), "", f"Report: {page.resolve()}"]
+    found = Text(headline(results.found))  # wrapped between words, as the caption above it
+    said = ["", what_was_held_out(results.found), found, "", f"Report: {page.resolve()}"]
     if commands:
         said += ["Next:", indent(commands[-1], "  ")]
     say(as_json, results.summary, short_table1(results.found), *said)

@@ -7,9 +7,10 @@ from types import ModuleType
 from typing import Any
 
 from afferents.errors import InputError
-from afferents.live.events import Source, let_go
+from afferents.live.events import Begin, Source, let_go
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
+from afferents.live.replay import Played
 from afferents.live.stream import check_sources, run
 from afferents.live.terminal import show
 
@@ -106,31 +107,36 @@ def give_out(
     """
     with let_go(sources):
         check_sources(sources, pipeline)  # before anything is opened for the predictions
-        _give_out(run(sources, pipeline), pipeline, web, lsl, as_json)
+        predictions = _predictions(sources, pipeline, lsl, as_json)
+        if web is not None:
+            from afferents.live.web.server import serve
+
+            def again() -> Iterator[Prediction]:
+                for source in recorded:
+                    source.rewind()
+                for channel, stream in pipeline.by_channel.items():
+                    stream.begin(Begin(channel, 0.0))
+                return _predictions(sources, pipeline, lsl, as_json)
+
+            recorded = [source for source in sources if isinstance(source, Played)]
+            pipeline.show_spikes()
+            serve(predictions, pipeline, *web, again if len(recorded) == len(sources) else None)
+        elif as_json:
+            for _ in predictions:
+                pass
+        else:
+            show(predictions, pipeline)
 
 
-def _give_out(
-    predictions: Iterator[Prediction],
-    pipeline: LivePipeline,
-    web: Address | None,
-    lsl: bool,
-    as_json: bool,
-) -> None:
+def _predictions(
+    sources: Sequence[Source], pipeline: LivePipeline, lsl: bool, as_json: bool
+) -> Iterator[Prediction]:
+    """Run the pipeline; what it predicts goes out as it passes."""
+    predictions = run(sources, pipeline)
     if lsl:
         textures = {reporter.name: reporter.textures for _, reporter in pipeline.reporters}
         predictions = publish(predictions, textures)
-    if as_json:
-        predictions = _print(predictions)
-    if web is not None:
-        from afferents.live.web.server import serve
-
-        pipeline.show_spikes()
-        serve(predictions, pipeline, *web)
-    elif as_json:
-        for _ in predictions:
-            pass
-    else:
-        show(predictions, pipeline)
+    return _print(predictions) if as_json else predictions
 
 
 def _print(predictions: Iterator[Prediction]) -> Iterator[Prediction]:

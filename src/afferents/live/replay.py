@@ -63,6 +63,11 @@ class Pace:
             self.closed.wait(max(0.0, self._due_s(time_s) - time.monotonic()))
         return not self.closed.is_set()
 
+    def rewind(self) -> None:
+        """Begin anew with the next event that anybody waits for."""
+        self._start_s = None
+        self.closed.clear()
+
     def _due_s(self, time_s: float) -> float:
         """Return when a time of the recording comes, on the monotonic clock."""
         with self._lock:
@@ -71,7 +76,7 @@ class Pace:
             return self._start_s + time_s / self.speed
 
 
-class _Played:
+class Played:
     """What plays at a pace."""
 
     def __init__(self, pace: Pace, begin_s: float) -> None:
@@ -82,8 +87,12 @@ class _Played:
         """Stop."""
         self._pace.closed.set()
 
+    def rewind(self) -> None:
+        """Let `events` begin anew, after it has ended."""
+        self._pace.rewind()
 
-class ReplayedVideo(_Played):
+
+class ReplayedVideo(Played):
     """A video as a camera.
 
     Parameters
@@ -114,7 +123,7 @@ class ReplayedVideo(_Played):
             self._pace.wait(time_s + 0.5 / self.rate_hz)
 
 
-class ReplayedSound(_Played):
+class ReplayedSound(Played):
     """A sound file's sensor channel as a microphone.
 
     Parameters

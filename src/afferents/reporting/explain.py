@@ -18,6 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import logsumexp
@@ -41,7 +42,16 @@ from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.labels import texture_labels
-from afferents.reporting.style import BLUE, GREY, frame_all, new_figure, save_figure, styled
+from afferents.reporting.style import (
+    BLUE,
+    GREY,
+    add_bar,
+    frame_all,
+    hide,
+    new_figure,
+    save_figure,
+    styled,
+)
 from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, textures_of
 from afferents.store.trimming import with_steady
@@ -124,18 +134,21 @@ _TITLES = {
     "harmonics": "What is lost without each multiple of a drum's bumps a second",
 }
 _AXES = {
-    dims.ROW: "row (y, down)",
-    dims.COLUMN: "column (x)",
+    dims.ROW: "row of markers",
+    dims.COLUMN: "column of markers",
     dims.ROW_WAVENUMBER: "down (cycles a marker)",
     dims.COLUMN_WAVENUMBER: "across (cycles a marker)",
     dims.FREQUENCY: "frequency (Hz)",
-    "harmonic": "frequency over bumps a second",
+    "harmonic": "frequency, as a multiple of bumps a second",
     "part": "part of the global shear",
 }
 _LOSS = "lost log-odds of the true texture (nats)"
 _COLOURS = "PuOr_r"
 """Orange where a part speaks for the true texture, purple where against it, white for neither."""
 _A_ROW = 7
+"""Images in a row at most."""
+_LEAST_INCH, _BESIDE_INCH = 6.0, 1.7
+"""Widths of the line that names the source, and of axis and colour bar beside images."""
 
 
 @styled
@@ -153,7 +166,8 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     """
     if lost.ndim == 3:
         return _images(_TITLES[name], lost, source)
-    figure = new_figure(7.2, 3.6, _TITLES[name], source)
+    height = max(3.6, 0.16 * len(lost) + 1.2) if lost.ndim == 2 else 3.6
+    figure = new_figure(7.2, height, _TITLES[name], source)
     axes = figure.subplots()
     (dim,) = (str(d) for d in lost.dims if d != dims.TEXTURE)
     axes.set_xlabel(_AXES[dim])
@@ -173,7 +187,7 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     labels = _labels(lost)
     axes.set_yticks(range(len(labels)), labels)
     axes.set_ylabel("texture")
-    figure.colorbar(drawn, ax=axes, label=_LOSS)
+    add_bar(figure, drawn, axes, _LOSS)
     return figure
 
 
@@ -184,9 +198,12 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     panels = [("all", lost.mean(dims.TEXTURE))]
     panels += list(zip(_labels(lost), lost, strict=True))
     n_rows = -(-len(panels) // _A_ROW)
-    wide = lost.sizes[y] < 1.5 * lost.sizes[x]
-    figure = new_figure(10, n_rows * (1.7 if wide else 2.5) + 0.8, title, source)
-    grid = figure.subplots(n_rows, _A_ROW, squeeze=False, sharex=True, sharey=True)
+    n_columns = -(-len(panels) // n_rows)
+    width = max(1.2 * n_columns + _BESIDE_INCH, _LEAST_INCH)
+    image = min((width - _BESIDE_INCH) / n_columns - 0.1, 2.0)
+    tall = image * min(lost.sizes[y] / lost.sizes[x], 2.0)
+    figure = new_figure(width, n_rows * (tall + 0.5) + 0.8, title, source)
+    grid = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=True)
     half_y, half_x = (float(lost[dim][1] - lost[dim][0]) / 2 for dim in (y, x))
     extent = (
         float(lost[x][0]) - half_x, float(lost[x][-1]) + half_x,
@@ -194,13 +211,15 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     )  # fmt: skip
     for axes, (label, one) in zip(grid.flat, panels, strict=False):
         drawn = _draw(axes, one.values, _largest(one), extent=extent, aspect="equal")
-        axes.set_title(f"{label}\nup to {_largest(one):.2f}", fontsize=7.5)
-    for axes in list(grid.flat)[len(panels) :]:
-        axes.set_visible(False)
+        axes.set_title(f"{label}\nup to {_largest(one):.2g} nats", fontsize=7.5)
+    hide(list(grid.flat)[len(panels) :])
+    if y == dims.ROW:
+        grid[0, 0].yaxis.set_major_locator(MaxNLocator(4, integer=True))
     grid[0, 0].set_ylabel(_AXES[y])
     grid[-1, 0].set_xlabel(_AXES[x])
-    bar = figure.colorbar(drawn, ax=grid, shrink=0.7, label="lost nats, of each panel's most")
-    bar.set_ticks([-_largest(one), 0, _largest(one)], labels=["-most", "0", "most"])
+    label = _LOSS.replace(" of", "\nof").removesuffix(" (nats)")
+    bar = add_bar(figure, drawn, grid, label, aspect=12 * n_rows, fraction=0.05)
+    bar.set_ticks([-_largest(one), 0, _largest(one)], labels=["gains most", "0", "loses most"])
     return figure
 
 

@@ -222,7 +222,9 @@ def _draw_shares(axes: Axes, shown: ShearFigure) -> None:
         width = np.array([shown.shares[name][number] for name in names])
         axes.barh(names, width, left=left, color=colour, height=0.6, label=title)
         left += width
-    axes.set_yticks(range(len(names)), [f"{name}\n({shown.rms_px[name]:.2f} px)" for name in names])
+    axes.set_yticks(
+        range(len(names)), [f"{name}\n(rms {shown.rms_px[name]:.2f} px)" for name in names]
+    )
     axes.invert_yaxis()
     axes.set_xlim(0, 100)
     axes.set_xlabel("share of the variance (%)")

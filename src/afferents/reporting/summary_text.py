@@ -94,6 +94,13 @@ def at_chance(summary: Summary, won: Winner) -> bool:
     return won.found.ci95[0] <= summary.chance
 
 
+def what_was_held_out(summary: Summary) -> str:
+    """Return it in a line."""
+    split, keys = summary.split, summary.held_out_keys
+    named = f"{keys[0]} to {keys[-1]}{split.unit}" if split.ordered else ", ".join(keys)
+    return f"Held out, each in turn: {len(keys)} {split.many}, {named}."
+
+
 def what_was_asked(summary: Summary) -> str:
     """Return what was held out, for somebody who has not read the paper."""
     split, keys = summary.split, summary.held_out_keys

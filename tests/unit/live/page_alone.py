@@ -43,12 +43,13 @@ def percept(model, textures):
 def state(*models, textures=TEXTURES, sa1=None, ra1=None):
     """A state with everything in it, as the server sends it."""
     rng = np.random.default_rng(0)
-    figures = [{"name": f"figure {i}", "value": f"{i} px", "doubt": ""} for i in range(10)]
+    figures = [{"name": f"figure {i}", "value": f"{i} px", "issue": ""} for i in range(10)]
     sa1 = rng.uniform(0, 5.6, (19, 19)) if sa1 is None else np.array(sa1)
     ra1 = rng.uniform(0, 0.4, (19, 19)) if ra1 is None else np.array(ra1)
     return {
         "type": "state",
         "ended": None,
+        "repeats": True,
         "percepts": [percept(model, textures) for model in models],
         "video": {
             "rate_hz": 90, "sensor": "Sensor 'tip_b': square layout, 361 markers.",

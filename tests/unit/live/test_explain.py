@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from afferents.reporting import explain
 
@@ -62,3 +63,17 @@ def test_what_can_not_be_explained(run, models, stores, tmp_path):
     said = "expected sa1 in the form that sa-se learnt from, found none in 1/30"
     assert said in refused(sight, stores["audio"])
     assert refused(sound, stores["video"]).startswith("afferents:")
+
+
+@pytest.mark.parametrize(("n", "n_rows", "n_columns"), [(3, 1, 4), (7, 2, 4), (13, 2, 7)])
+def test_images_fill_the_figure_however_many_textures_there_are(n, n_rows, n_columns):
+    axes = {"texture": [str(i) for i in range(n)], "row": range(5), "column": range(5)}
+    lost = xr.DataArray(np.random.default_rng(0).normal(size=(n, 5, 5)), axes, tuple(axes))
+    figure = explain.explanation_figure("markers", lost, "a test")
+    figure.draw_without_rendering()
+    images = [one for one in figure.axes if one.images and one.get_visible()]
+    assert len(images) == n + 1
+    boxes = np.array([one.get_position().extents for one in images])
+    assert (len({*boxes[:, 1].round(3)}), len({*boxes[:, 0].round(3)})) == (n_rows, n_columns)
+    assert boxes[:, 2].max() > 0.7
+    assert boxes[:, 0].min() < 0.2

@@ -11,9 +11,13 @@ import pytest
 import soundfile
 from rich.console import Console
 
+from afferents.dims import SA1
 from afferents.live import CameraFrame, FoundImages, Images, LivePipeline, Sound, images_of, run
+from afferents.live.images import FrameImages
 from afferents.live.terminal import Screen
-from afferents.live.web.snapshot import Snapshots
+from afferents.live.web.snapshot import LOST, Snapshots, draw_image
+from afferents.markers.grid import Grid
+from afferents.markers.places import covered, image_places
 from afferents.markers.sensor import load_sensor
 from afferents.store.recording import Frame
 
@@ -276,3 +280,23 @@ def test_the_rig_s_own_fingertip_is_known():
     assert images_of("rig", load_sensor("hex127")).sensor == load_sensor("hex127")
     assert images_of("camera:0").sensor is None
     assert images_of(None).sensor is None
+
+
+def test_the_page_tells_what_is_lost_from_what_was_never_there():
+    """On a grid of nine one is lost and one was never there; of a hexagon the middle is lost."""
+    detected = np.arange(8) != 3
+    row, column = np.delete(np.indices((3, 3)).reshape(2, -1), 8, axis=1)
+    values = np.arange(8, dtype=np.float32)[np.newaxis]
+    images = FrameImages({SA1: values}, np.zeros((8, 2)), detected, Grid(row, column, 0.0))
+    assert draw_image(images, SA1) == [[0, 1, 2], [LOST, 4, 5], [6, 7, None]]
+    places = np.array(load_sensor("hex127").markers, float)
+    row, column = image_places(places)
+    middle = np.argmin(np.hypot(*(places - places.mean(axis=0)).T))
+    detected = np.arange(len(places)) != middle
+    markers = {SA1: np.ones((1, len(places)), np.float32)}
+    images = FrameImages(markers, places, detected, Grid(row, column, 0.0))
+    drawn = np.array(draw_image(images, SA1), float)
+    assert np.array_equal(np.isnan(drawn), ~covered(row, column))
+    n_lost = np.count_nonzero(drawn == LOST)
+    assert n_lost == 1
+    assert np.count_nonzero(drawn == 1) == covered(row, column).sum() - n_lost

@@ -204,6 +204,23 @@ def test_the_page_of_who_only_looks(launch, browser, recording):
         running.stop()
 
 
+def test_a_recording_that_has_ended_is_played_again(launch, browser, recording):
+    running = Running(launch, recording, "--speed", "4")
+    try:
+        page = visit(browser, running.url)
+        ask = urllib.request.Request(f"{running.url}/do/again", method="POST")
+        with pytest.raises(urllib.error.HTTPError, match="409"):
+            urllib.request.urlopen(ask, timeout=PATIENCE_S)  # it still runs
+        says(page, "#link", "the source has ended")
+        page.get_by_role("button", name="Play again").click()
+        says(page, "#link", "live")
+        says(page, "#quality", "361 of 361", "dBFS")
+        says(page, "#link", "the source has ended")
+        page.close()
+    finally:
+        running.stop()
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("outlet", ["--json", "--web"])
 def test_a_signal_ends_it(launch, models, session, outlet, number):

@@ -44,6 +44,8 @@ def test_all_is_seen_without_scrolling(show, size, models):
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
     if size[0] < 1000:
         return  # it scrolls down, and down only
+    if size[1] >= 800:
+        assert page.evaluate("document.documentElement.scrollHeight") <= size[1]
     boxes = page.evaluate(BOXES, SENSED + RASTER + (FELT if models else []))
     assert len(boxes) == len(SENSED) + 1 + len(FELT) * len(models)
     for name, left, top, right, bottom, hidden in boxes:
@@ -94,10 +96,13 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(show, tmp_path):
     page = show(hello(), state(sa1=sa1, ra1=ra1))
     page.screenshot(path=tmp_path / "page.png")
     picture = cv2.imread(str(tmp_path / "page.png")).astype(int)
-    for name, image, said in (("sa1", sa1, ["0", "4", "8 px"]), ("ra1", ra1, ["0", "1", "2 px"])):
+    for name, image, said in (
+        ("sa1", sa1, ["0", "4", "≥ 8 px"]),
+        ("ra1", ra1, ["0", "1", "≥ 2 px"]),
+    ):
         numbers = page.locator(f"#{name}-scale span").all_text_contents()
         assert numbers == said
-        end = float(numbers[-1].removesuffix(" px"))
+        end = float(numbers[-1].removeprefix("≥ ").removesuffix(" px"))
         drawn, bar = (
             page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale")
         )
@@ -114,3 +119,52 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(show, tmp_path):
         for share, (_, _, top, _, bottom, _) in zip((0, 0.5, 1), places, strict=True):
             at = bar["y"] + (1 - share) * bar["height"]
             assert top - 1 <= at <= bottom + 1, "a number lies beside its colour"
+
+
+@pytest.mark.system
+def test_one_marker_that_jumps_does_not_set_the_scale(show):
+    sa1 = np.full((19, 19), 2.9)
+    sa1[3, 4] = 80.0
+    page = show(hello(), state(sa1=sa1, ra1=0.01 * sa1))
+    said = [page.locator(f"#{name}-scale span").last.text_content() for name in ("sa1", "ra1")]
+    assert said == ["≥ 3 px", "≥ 0.3 px"], "noise fills no scale either"
+
+
+ALPHA = """([row, column]) => {
+  const canvas = document.querySelector("#sa1"), side = canvas.width / 19;
+  const at = [(column + 0.1) * side, (row + 0.5) * side, 1, 1];
+  return canvas.getContext("2d").getImageData(...at).data[3];
+}"""
+
+
+@pytest.mark.system
+def test_where_no_marker_is_seen_there_is_no_colour_of_the_scale(show):
+    sa1 = np.full((19, 19), 3.0)
+    sa1[0, 0], sa1[5, 6] = np.nan, -1  # none belongs there; one is lost
+    sent = state(sa1=sa1)
+    sent["video"]["sa1"][0][0] = None
+    page = show(hello(), sent)
+    alphas = [page.evaluate(ALPHA, place) for place in ([0, 0], [5, 6], [5, 7])]
+    assert alphas == [0, 0, 255]
+    cross = ALPHA.replace("0.1", "0.5")
+    assert page.evaluate(cross, [5, 6]) == 255, "the cross of a lost marker"
+    assert page.evaluate(cross, [0, 0]) == 0
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("repeats", [True, False])
+def test_what_was_recorded_can_be_played_again(show, repeats):
+    page = show(hello(), state())
+    again = page.get_by_role("button", name="Play again")
+    assert not again.is_visible(), "it still runs"
+    asked = []
+    page.route("**/do/again", lambda route: (asked.append(route.request.method), route.fulfill()))
+    page.visitor.send(json.dumps(state() | {"ended": "the source has ended", "repeats": repeats}))
+    page.wait_for_function("document.querySelector('#link').textContent.includes('ended')")
+    assert again.is_visible() == repeats
+    if repeats:
+        again.click()
+        page.visitor.send(json.dumps(state()))
+        page.wait_for_function("document.querySelector('#link').textContent === 'live'")
+        again.wait_for(state="hidden")
+        assert asked == ["POST"]

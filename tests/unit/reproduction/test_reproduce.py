@@ -95,7 +95,10 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
         "tracking 225 frames of 6 recordings, and 2 trainings",
     ):
         assert said in error
-    assert "Table 1" in printed
+    told = [printed.find(one) for one in ("Table 1.", "Held out, each in turn:", "Report: ")]
+    assert -1 < told[0] < told[1] < told[2]
+    upto = [line for line in printed[: told[2]].splitlines() if len(line) > 80]
+    assert upto == [], "nothing is broken in a terminal of 80 columns"
 
     config = json.loads((out / "results" / "config.json").read_text())
     assert config["statistics"] == "keras"

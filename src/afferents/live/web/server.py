@@ -46,6 +46,7 @@ def serve(
     host: str,
     port: int,
     token: str | None,
+    again: Callable[[], Iterable[Prediction]] | None = None,
 ) -> None:
     """Show predictions on a page until the user stops.
 
@@ -57,6 +58,8 @@ def serve(
         That makes them.
     host, port, token
         As for `page_beside`.
+    again
+        Begins anew, for a visitor who asks for it when the source has ended; None where it can't.
 
     Raises
     ------
@@ -64,12 +67,26 @@ def serve(
         As `page_beside`.
     """
     snapshots = Snapshots(pipeline)
-    with page_beside(snapshots, host, port, token):
-        for prediction in predictions:
-            snapshots.take(prediction)
-        snapshots.ended = "the source has ended"
+    snapshots.repeats = again is not None
+    asked = threading.Event()
+
+    def request(what: str) -> bool:
+        can = what == "again" and snapshots.repeats and snapshots.ended is not None
+        if can:
+            asked.set()
+        return can
+
+    with page_beside(snapshots, host, port, token, request):
         while True:
-            time.sleep(WAITING_S)
+            for prediction in predictions:
+                snapshots.take(prediction)
+            snapshots.ended = "the source has ended"
+            while not asked.wait(WAITING_S):
+                pass
+            assert again is not None
+            snapshots.ended = None
+            asked.clear()
+            predictions = again()
 
 
 def server_of(

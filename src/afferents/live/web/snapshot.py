@@ -16,10 +16,13 @@ from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.quality import Quality
 from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.places import covered
 
 _QUALITY = 70
 """Of the JPEG, per cent."""
 _DIGITS = 4
+LOST = -1
+"""Pixel of a tactile image, whose values are lengths, where the marker is lost."""
 _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
 FRESH_S = 0.025
@@ -72,6 +75,7 @@ class Snapshots:
         self._newest: tuple[str, bytes | None] = "", None
         self._drawn_s = -math.inf
         self.ended: str | None = None
+        self.repeats = False
 
     def take(self, prediction: Prediction) -> None:
         """Keep a prediction until the next of its model."""
@@ -101,6 +105,7 @@ class Snapshots:
         return {
             "type": "state",
             "ended": self.ended,
+            "repeats": self.repeats,
             "percepts": [
                 {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
                 for prediction, taken_s in list(self._predictions.values())
@@ -161,9 +166,19 @@ def numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
 
 
 def draw_image(images: FrameImages, name: str) -> list[Any] | None:
-    """Return the tactile image of a channel as JSON has it; None where there is none."""
+    """Return the tactile image of a channel as JSON has it; None where there is none.
+
+    A pixel is None where no marker stands, and `LOST` at the one nearest to a lost marker.
+    """
     image = images.image(name)
-    return None if image is None else numbers(image, _DIGITS)
+    if image is None:
+        return None
+    row, column = images.grid.row, images.grid.column
+    drawn = np.round(image.astype(float), _DIGITS).astype(object)
+    lost = np.rint([row[~images.detected], column[~images.detected]]).astype(int)
+    drawn[tuple(np.clip(lost.T, 0, np.array(image.shape) - 1).T)] = LOST
+    drawn[~covered(row, column)] = None
+    return list(drawn.tolist())
 
 
 def ring_px(found: Positions) -> float:

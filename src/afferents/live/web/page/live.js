@@ -8,6 +8,7 @@ const STALE_S = 1; // older than that nothing is shown as if it were now
 const HISTORY = 600; // columns of the history, one a message
 const MOST = 20; // textures shown until all are asked for
 
+const ink = () => getComputedStyle(document.body).color;
 const $ = (id) => document.getElementById(id);
 const make = (tag, properties = {}, ...children) => {
   const element = Object.assign(document.createElement(tag), properties);
@@ -154,7 +155,7 @@ function showVideo(video) {
   if (!video.sa1) return;
   for (const name of ["sa1", "ra1"]) {
     $(`${name}-scale`).hidden = !video[name];
-    if (video[name]) showScale($(`${name}-scale`), drawMap($(name), video[name]), "px");
+    if (video[name]) showScale($(`${name}-scale`), drawMap($(name), video[name], ink()), "px");
   }
 }
 
@@ -187,17 +188,17 @@ function showAudio(audio) {
   $("samples").textContent = `${rounded(audio.rate_hz / 1000, 50)} kHz`;
   if (!audio.amplitude) return;
   const canvas = document.querySelector("#sound canvas");
-  const comb = drawSpectrum(canvas, audio.amplitude, audio.step_hz, getComputedStyle(document.body).color);
+  const comb = drawSpectrum(canvas, audio.amplitude, audio.step_hz, ink());
   $("comb").textContent = comb ? `harmonics of ${comb.toFixed(1)} Hz are marked ▾` : "no clear harmonics";
 }
 
 function showSpikes(classes) {
   $("spikes").hidden = !classes?.length;
   if ($("spikes").hidden) return;
-  drawRaster(document.querySelector("#spikes canvas"), classes, getComputedStyle(document.body).color);
-  const counts = classes.map(({ name, units, spikes_a_unit }) => `${name} ${spikes_a_unit.toFixed(0)} (${units.length} units)`);
-  const late = classes.some(({ name }) => name === "PC") ? "; PC are 0.15 s late, since filters look both ways" : "";
-  $("fired").textContent = `Spikes of a unit in this second, on average: ${counts.join(", ")}${late}`;
+  drawRaster(document.querySelector("#spikes canvas"), classes, ink());
+  const counts = classes.map(({ name, units, spikes_a_unit }) =>
+    `${name} ${spikes_a_unit.toFixed(0)} (${units.length} units${name === "PC" ? ", 0.15 s late" : ""})`);
+  $("fired").textContent = `Spikes a unit, on average: ${counts.join(", ")}`;
 }
 
 function showQuality(percepts) {
@@ -229,7 +230,9 @@ function troublesOf(percept) {
 function show() {
   if (!state) return;
   if (state.recording) showRecording(state.recording); // never paused: it says what is to be done
+  $("again").hidden = !(state.ended && state.repeats);
   if (paused) return;
+  $("link").textContent = state.ended ?? "live";
   const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
@@ -237,7 +240,6 @@ function show() {
   showQuality(state.percepts);
   const truth = state.percepts.map((p) => p.truth).find(Boolean);
   $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
-  if (state.ended) $("link").textContent = state.ended;
   if (performance.now() - saidAt > 2000) {
     saidAt = performance.now();
     $("said").textContent = said.join("; ");
@@ -278,6 +280,7 @@ const pause = () => {
 };
 const mark = () => { marked = press($("mark"), !marked); };
 $("pause").onclick = pause;
+$("again").onclick = () => fetch(`do/again${location.search}`, { method: "POST" });
 $("mark").onclick = mark;
 addEventListener("keydown", (event) => {
   if (event.target.closest("button, summary, a") || event.ctrlKey || event.metaKey || event.altKey) return;
