@@ -75,10 +75,7 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
             head = as_form(said, Head, path, what, _DO)
             # Nothing but nan stands for a number that is not known.
             kinds = dict(columns)
-            table = pd.read_csv(
-                file, dtype=kinds, keep_default_na=False, na_values=["nan"],
-                float_precision="round_trip",
-            )  # fmt: skip
+            table = pd.read_csv(file, dtype=kinds, keep_default_na=False, na_values=["nan"])
         if not columns.keys() <= set(table):
             raise ValueError(f"the columns {', '.join(map(str, table))}")
         if not isinstance(table.index, pd.RangeIndex):  # the first column, taken for names of rows
