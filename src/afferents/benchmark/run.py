@@ -14,7 +14,7 @@ import pandas as pd
 
 from afferents.benchmark.entries import Data, Entry, Own, Worst
 from afferents.benchmark.tasks import Asked, Task, find_task
-from afferents.choices import PRESET_ASKED, Preset
+from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.doctor import processor
 from afferents.errors import LeakageError
 from afferents.evaluation.evaluate import evaluate
@@ -51,6 +51,7 @@ def run(
     seeds: int | Sequence[int] = 1,
     workers: int | None = None,
     quiet: bool = False,
+    device: Device = "auto",
 ) -> list[Entry]:
     """Train and test models on a task, and write an entry of each to ``OUT/entries``.
 
@@ -67,7 +68,7 @@ def run(
         Folder for results and entries.
     data
         Where the task's data set is; None for ``data/NAME`` in the current folder.
-    preset, seeds, workers, quiet
+    preset, seeds, workers, quiet, device
         As of `afferents.evaluate`.
 
     Returns
@@ -100,6 +101,7 @@ def run(
         results[control] = evaluate(
             source, folder / control, asked, quiet,
             **{**task.options, "control": control}, preset=preset, seeds=seeds, workers=workers,
+            device=device,
         )  # fmt: skip
     found = [
         _entry(task, question, model, own.get(model.name, ""), words, results)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from afferents.choices import PRESET_ASKED, Preset
+from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet, Workers
 
@@ -65,6 +65,9 @@ def run(
         int, typer.Option(min=1, help="How many seeds each model is trained with.")
     ] = 1,
     workers: Workers = None,
+    device: Annotated[
+        Device, typer.Option(help="Where networks are trained; 'auto' takes a GPU if there is one.")
+    ] = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -72,7 +75,7 @@ def run(
     from afferents.benchmark import run as run_task
     from afferents.benchmark.entries import tables_by_task
 
-    entries = run_task(task, models, out, data, preset, seeds, workers, quiet or as_json)
+    entries = run_task(task, models, out, data, preset, seeds, workers, quiet or as_json, device)
     found = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
     tables = tables_by_task(entries)
     say(as_json, {"entries": found}, *tables, f"Entries: {out / 'entries'}")
