@@ -49,6 +49,7 @@ CAUSES = {
     "noise-off": ["--nuisances", "all,microphone-noise=0,room-noise=0"],
     "even-speed": ["--nuisances", "all,speed-ripple=0,motor-ripple=0,drift=0"],
     "even-drums": ["--nuisances", "all,eccentricity=0,printing=0,warp=0"],
+    "round-drums": ["--nuisances", "all,eccentricity=0"],
     "longer": ["--seconds", "60"],
 }
 """What may make vibration hard to learn from, taken away: options of the first session's."""
@@ -333,6 +334,7 @@ def _vibration(found: Mapping[str, Any]) -> list[list[str]]:
         "vibration-noise-off": "without noise of microphone and room",
         "vibration-even-speed": "speed without ripple and drift",
         "vibration-even-drums": "drums round, all bumps alike",
+        "vibration-round-drums": "drums round, bumps printed unevenly",
         "vibration-longer": "60 s a recording instead of 20",
         "vibration-paper": "preset `paper`",
     }
