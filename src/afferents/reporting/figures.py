@@ -29,13 +29,7 @@ from afferents.reporting.confusion import (
     confusion_title,
     is_in_paper,
 )
-from afferents.reporting.drawings import (
-    PIECE_MM,
-    DrawnNetwork,
-    DrumView,
-    drums_figure,
-    networks_figure,
-)
+from afferents.reporting.drawings import DrawnNetwork, networks_figure
 from afferents.reporting.images import FrameRow, images_figure, printed_images_figure
 from afferents.reporting.labels import are_published, drawn_over, outcomes, percent, source_line
 from afferents.reporting.spectra import (
@@ -74,8 +68,6 @@ class FigureData:
         As printed: rows of Figures 8 and 10, by channel and frames from one image to the next.
     began
         Where the first of these frames lies, in words.
-    drums
-        Of Figure 3, as printed.
     networks
         Of Figures 5 (images) and 6 (vibration), as printed, by the figure's number.
     """
@@ -85,7 +77,6 @@ class FigureData:
     sliding: str = ""
     frames: Mapping[tuple[str, int], Sequence[FrameRow]] = field(default_factory=dict)
     began: str = ""
-    drums: Sequence[DrumView] = ()
     networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
 
 
@@ -135,7 +126,6 @@ def draw_pictures(
     source = source_line(results.found)
     printed = style == "paper"
     of_paper = [
-        *(_drum_picture(data, source) if printed else ()),
         *(_network_pictures(data, source) if printed else ()),
         *_stretch_picture(data, source),
         *(_printed_spectra if printed else _spectra_picture)(data, source),
@@ -363,20 +353,6 @@ def _printed_images(data: FigureData, source: str) -> Iterator[ReportFigure]:
             "marker in y, column its rank in x; the paper's images are the transpose.",
             f"Rows of ten {afferent} tactile images, a row for each texture and speed.",
             printed_images_figure(rows, channel, title, source, data.sliding),
-        )
-
-
-def _drum_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
-    if data.drums:
-        yield ReportFigure(
-            "paper-figure03",
-            "Figure 3. Textured drums",
-            "Drawn from the surfaces of the simulated rig, where the paper shows photographs: each "
-            "drum as seen from afar with its axis across the picture, lit from the upper left, "
-            f"and beneath it {PIECE_MM:g} x {PIECE_MM:g} mm of its surface. Unequal bumps are "
-            "errors of printing, as the rig supposes them. All heights have one colour scale.",
-            "Pictures of drums with raised bumps, farther apart from one to the next.",
-            drums_figure(data.drums, source),
         )
 
 

@@ -36,15 +36,13 @@ from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
 from afferents.reporting.choice import PANELS, shown_for
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
-from afferents.reporting.drawings import DrawnLayer, DrawnNetwork, DrumView
+from afferents.reporting.drawings import DrawnNetwork
 from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
-from afferents.reporting.labels import are_published, texture_labels, texture_letter
+from afferents.reporting.labels import are_published
 from afferents.reporting.page import render_report
 from afferents.reporting.tables import by_texture_table, short_table1, table1, to_markdown
 from afferents.reporting.unseen import texture_tables, write_texture_page
-from afferents.rig.surface import bumped_surface
-from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, conditions, speed_of
 from afferents.store.trimming import with_steady
 
@@ -69,7 +67,7 @@ def write_report(results_folder: Path, progress: Progress, figures: Figures = "r
     results_folder
         As `evaluate` leaves it.
     figures
-        `paper` to draw Figures 3 to 13 as they are printed, in place of our own of the same
+        `paper` to draw Figures 5 to 13 as they are printed, in place of our own of the same
         numbers.
 
     Raises
@@ -138,7 +136,6 @@ def figure_data(
     results: Results, progress: Progress, style: Figures = "report"
 ) -> tuple[FigureData, list[str]]:
     """Read what the figures of the data show; notes say what could not be had."""
-    drums: Sequence[DrumView] = _drums(results) if style == "paper" else ()
     try:
         recordings = _recordings(results, progress)
         spectra = _spectra(recordings, results.config, progress)
@@ -153,9 +150,9 @@ def figure_data(
             return FigureData(spectra, images, sliding), []
         frames, began = _printed_frames(recordings, results.found.named_by_spacing)
         networks = _networks(results, _sample_shapes(results.config, images, spectra))
-        return FigureData(spectra, images, sliding, frames, began, drums, networks), []
+        return FigureData(spectra, images, sliding, frames, began, networks), []
     except _UNREADABLE as error:
-        return FigureData(drums=drums), [f"Figures of the data are missing: {error}."]
+        return FigureData(), [f"Figures of the data are missing: {error}."]
 
 
 def _recordings(results: Results, progress: Progress) -> list[Responses]:
@@ -209,7 +206,7 @@ def _images(recording: Responses, channel: str, first: int, n: int) -> Samples:
     return samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN)))
 
 
-# What only the figures as printed show: frames in a row, networks, and drums of the rig.
+# What only the figures as printed show: frames in a row, and networks.
 
 
 def _printed_frames(
@@ -252,18 +249,6 @@ def _frame_rows(
             yield FrameRow(panel, shown, images.values, time_s - time_s[0]), said
 
 
-def _drums(results: Results) -> list[DrumView]:
-    """Return the rig's drums of those textures that are of the paper's series."""
-    found, by_spacing = [], results.found.named_by_spacing
-    for texture in results.textures:
-        spacing = spacing_mm(texture)
-        if texture_letter(texture, by_spacing) is not None and spacing is not None:
-            surface = bumped_surface(spacing)
-            name = texture_labels([texture], by_spacing)[texture]
-            found.append(DrumView(name, surface.height_mm, surface.length_mm, surface.width_mm))
-    return found
-
-
 def _networks(
     results: Results, shapes: Mapping[str, tuple[int, ...]]
 ) -> dict[int, list[DrawnNetwork]]:
@@ -285,7 +270,7 @@ def _networks(
             network = build(classifier_of(model.classifier), len(results.textures), shape)
         except InputError:
             continue  # samples too small for it: it was not evaluated either
-        layers = tuple(DrawnLayer(*layer) for layer in layer_shapes(network, shape))
+        layers = layer_shapes(network, shape)
         entered = (
             written_shape((shape[0], 1, shape[1])) if of_vibration else " x ".join(map(str, shape))
         )
@@ -317,7 +302,7 @@ def report(results: Place, quiet: bool = False, figures: Figures = "report") -> 
     results
         As `evaluate` leaves it.
     figures
-        ``paper`` to draw the paper's figures as they are printed (3, 5 to 13), each saying where
+        ``paper`` to draw the paper's figures as they are printed (5 to 13), each saying where
         it departs from that; ``report`` for those that suit what was evaluated.
     quiet
         Whether no progress is shown.
