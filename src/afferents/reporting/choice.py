@@ -1,31 +1,48 @@
 """Which textures and speeds a figure shows where it cannot show all of them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from afferents import dims
-from afferents.encodings.samples import Samples, textures_of
+from afferents.choices import Figures
+from afferents.encodings.samples import Samples
 from afferents.reporting.labels import speed_key, texture_letter, texture_names
 from afferents.store.recording import LETTERS, natural_order
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
 """Four of the paper's textures, evenly spread: 0, 2, 4 and 6 mm. Its own figures show others, which
 `report --figures paper` draws."""
+PANELS: Mapping[str, tuple[tuple[str, float], ...]] = {
+    "A": (("a", 50.0), ("g", 50.0), ("m", 50.0)),
+    "B": (("g", 10.0), ("g", 50.0), ("g", 100.0)),
+}
+"""Of Figures 8 and 10: texture and speed (mm/s) of each row, textures in A and speeds in B."""
+SPEED, N_SPEEDS = 50.0, 3
+"""In the report's own: near which speed textures stand, and at how many speeds one of them."""
 
 Item = TypeVar("Item")
+Recorded = Collection[tuple[str, float]]
+"""Texture and speed (mm/s) of every recording there is; at least one."""
 
 
-def speeds_of(samples: Samples) -> list[float]:
-    """Return the speeds of the samples, mm/s, ascending."""
-    return sorted(map(float, np.unique(samples[dims.SPEED])))
+def recorded_in(samples: Samples) -> set[tuple[str, float]]:
+    """Return texture and speed (mm/s) of every recording of the samples."""
+    textures, speeds = samples[dims.TEXTURE].values.tolist(), samples[dims.SPEED].values.tolist()
+    return set(zip(textures, speeds, strict=True))
 
 
-def example_textures(samples: Samples) -> list[str]:
+def speeds_of_textures(recorded: Recorded) -> dict[str, list[float]]:
+    """Return the speeds of each texture, mm/s, ascending; textures in natural order."""
+    speeds: dict[str, list[float]] = {}
+    for texture, speed in sorted(recorded, key=lambda one: (natural_order(one[0]), one[1])):
+        speeds.setdefault(texture, []).append(speed)
+    return speeds
+
+
+def example_textures(textures: Sequence[str], by_spacing: bool) -> list[str]:
     """Return a, e, i, m of the paper where they are there, else four spread over the rest."""
-    textures = textures_of(samples)
-    by_spacing = bool(samples.attrs.get(dims.NAMED_BY_SPACING))
     known = [one for one in textures if texture_letter(one, by_spacing) in EXAMPLE_LETTERS]
     return known if len(known) == len(EXAMPLE_LETTERS) else spread(textures, 4)
 
@@ -43,15 +60,6 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
     return [items[round(place)] for place in np.linspace(0, len(items) - 1, most)]
 
 
-# Which recordings stand for those of the paper's figures where a session lacks them.
-
-PANELS: Mapping[str, tuple[tuple[str, float], ...]] = {
-    "A": (("a", 50.0), ("g", 50.0), ("m", 50.0)),
-    "B": (("g", 10.0), ("g", 50.0), ("g", 100.0)),
-}
-"""Of Figures 8 and 10: texture and speed (mm/s) of each row, textures in A and speeds in B."""
-
-
 class Shown(NamedTuple):
     """A recording that is shown, and what the paper shows there.
 
@@ -61,18 +69,17 @@ class Shown(NamedTuple):
         Of the recording.
     name
         What the report calls its texture.
-    letter, paper_mm_s
-        What the paper shows: a letter, and a speed in mm/s.
-    is_letter
-        Whether the texture is the one that the paper shows.
+    wanted
+        What of the paper's is not shown, in few words; nothing where all of it is.
+    instead
+        What it stands for, in words; nothing where it is the paper's own.
     """
 
     texture: str
     speed_mm_s: float
     name: str
-    letter: str
-    paper_mm_s: float
-    is_letter: bool
+    wanted: str = ""
+    instead: str = ""
 
     @property
     def label(self) -> str:
@@ -80,34 +87,14 @@ class Shown(NamedTuple):
         lines = [self.name, f"{speed_key(self.speed_mm_s)} mm/s"]
         return "\n".join([*lines, *([f"(for {self.wanted})"] if self.wanted else [])])
 
-    @property
-    def wanted(self) -> str:
-        """Return what of the paper's is not shown, in few words; nothing where all of it is."""
-        letter = [] if self.is_letter else [self.letter]
-        speed = [] if self.speed_mm_s == self.paper_mm_s else [speed_key(self.paper_mm_s)]
-        return ", ".join(letter + speed)
 
-    @property
-    def instead(self) -> str:
-        """Return what it stands for, in words; nothing where it is the paper's own."""
-        if not self.wanted:
-            return ""
-        here = f"{self.name} at {speed_key(self.speed_mm_s)} mm/s"
-        letter = "" if self.is_letter else f"{self.letter} at "
-        return f"{here} for {letter}{speed_key(self.paper_mm_s)} mm/s"
-
-
-def shown_for(
-    wanted: Iterable[tuple[str, float]], recorded: Iterable[tuple[str, float]], by_spacing: bool
-) -> list[Shown]:
+def shown_for(wanted: Recorded, recorded: Recorded, by_spacing: bool) -> list[Shown]:
     """Choose a recording for each that the paper shows.
 
     Parameters
     ----------
     wanted
         Letter and speed (mm/s) of each.
-    recorded
-        Texture and speed (mm/s) of every recording there is; at least one.
     by_spacing
         Whether textures are named by their spacing; see `texture_names`.
 
@@ -116,24 +103,50 @@ def shown_for(
     The texture itself where it is there; else the first, the middle or the last of the session's
     for a, g and m. Of it the recording whose speed is nearest.
     """
-    speeds: dict[str, list[float]] = {}
-    for texture, speed in sorted(recorded, key=lambda one: (natural_order(one[0]), one[1])):
-        speeds.setdefault(texture, []).append(speed)
+    speeds = speeds_of_textures(recorded)
     textures = list(speeds)
     names = texture_names(textures, by_spacing)
+    of_letter = {texture_letter(one, by_spacing): one for one in reversed(textures)}
     found = []
     for letter, paper_mm_s in wanted:
-        of_letter = {texture_letter(one, by_spacing): one for one in reversed(textures)}
-        texture = of_letter.get(letter) or _in_place_of(letter, textures)
-        speed = min(speeds[texture], key=lambda one: (abs(one - paper_mm_s), one))
-        its_own = letter in of_letter
-        found.append(Shown(texture, speed, names[texture], letter, paper_mm_s, its_own))
+        along = LETTERS.index(letter) / (len(LETTERS) - 1)
+        texture = of_letter.get(letter) or textures[round(along * (len(textures) - 1))]
+        speed = _nearest(speeds[texture], paper_mm_s)
+        other = "" if letter in of_letter else letter
+        off = [other] * bool(other) + [speed_key(paper_mm_s)] * (speed != paper_mm_s)
+        instead = (
+            f"{names[texture]} at {speed_key(speed)} mm/s for "
+            f"{f'{other} at ' * bool(other)}{speed_key(paper_mm_s)} mm/s"
+        )
+        found.append(Shown(texture, speed, names[texture], ", ".join(off), instead * bool(off)))
     return found
 
 
-def _in_place_of(letter: str, textures: Sequence[str]) -> str:
-    along = LETTERS.index(letter) / (len(LETTERS) - 1)
-    return textures[round(along * (len(textures) - 1))]
+def panels_of(recorded: Recorded, by_spacing: bool, style: Figures) -> list[tuple[str, Shown]]:
+    """Choose the rows of Figures 8 and 10: textures at one speed (A), one at several speeds (B).
+
+    The paper's own, or what stands in for them; for the report, textures spread over those that
+    were recorded, and the middle one, or g, at speeds spread over its own.
+    """
+    speeds = speeds_of_textures(recorded)
+    textures = list(speeds)
+    if style == "paper":
+        chosen = {panel: shown_for(rows, recorded, by_spacing) for panel, rows in PANELS.items()}
+    else:
+        names = texture_names(textures, by_spacing)
+        middle = "3" if by_spacing and "3" in textures else textures[len(textures) // 2]
+        chosen = {
+            "A": [
+                Shown(one, _nearest(speeds[one], SPEED), names[one])
+                for one in example_textures(textures, by_spacing)
+            ],
+            "B": [Shown(middle, v, names[middle]) for v in spread(speeds[middle], N_SPEEDS)],
+        }
+    return [(panel, one) for panel, shown in chosen.items() for one in shown]
+
+
+def _nearest(speeds: Iterable[float], wanted: float) -> float:
+    return min(speeds, key=lambda one: (abs(one - wanted), one))
 
 
 def instead_of(shown: Iterable[Shown]) -> str:

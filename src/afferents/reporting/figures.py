@@ -30,7 +30,7 @@ from afferents.reporting.confusion import (
     is_in_paper,
 )
 from afferents.reporting.drawings import DrawnNetwork, networks_figure
-from afferents.reporting.images import FrameRow, images_figure, printed_images_figure
+from afferents.reporting.images import FrameRow, images_figure
 from afferents.reporting.labels import are_published, drawn_over, outcomes, percent, source_line
 from afferents.reporting.spectra import (
     shown_spectra,
@@ -60,23 +60,20 @@ class FigureData:
     ----------
     spectra
         Vibration spectra, dims (sample, channel, frequency): Figures 7 and 12.
-    images
-        Tactile images by channel (`sa1`, `ra1`), dims (sample, row, column): Figures 8 and 10.
-    sliding
-        Sliding direction in the camera's view; empty where nothing declares one.
     frames
-        As printed: rows of Figures 8 and 10, by channel and frames from one image to the next.
+        Rows of Figures 8 and 10, by channel (`sa1`, `ra1`) and frames from one image to the next.
     began
         Where the first of these frames lies, in words.
+    sliding
+        Sliding direction in the camera's view; empty where nothing declares one.
     networks
         Of Figures 5 (images) and 6 (vibration), as printed, by the figure's number.
     """
 
     spectra: Samples | None = None
-    images: Mapping[str, Samples] = field(default_factory=dict)
-    sliding: str = ""
     frames: Mapping[tuple[str, int], Sequence[FrameRow]] = field(default_factory=dict)
     began: str = ""
+    sliding: str = ""
     networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
 
 
@@ -129,7 +126,7 @@ def draw_pictures(
         *(_network_pictures(data, source) if printed else ()),
         *_stretch_picture(data, source),
         *(_printed_spectra if printed else _spectra_picture)(data, source),
-        *(_printed_images if printed else _image_pictures)(data, source),
+        *_image_pictures(data, source, style),
         *_confusion_pictures(results, style),
     ]
     return [
@@ -323,36 +320,28 @@ def _printed_spectra(data: FigureData, source: str) -> Iterator[ReportFigure]:
         )
 
 
-def _image_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
-    arrow = "; the arrow is the sliding direction" if data.sliding else ""
-    for channel, images in data.images.items():
-        name, number, afferent, what = _OF_CHANNEL[channel]
-        yield ReportFigure(
-            name,
-            f"{number}. {afferent} tactile images",
-            f"{what}. First: textures by speed, the middle frame of each. Then consecutive frames "
-            "of one recording. Row is the rank of a marker in y, column its rank in x"
-            f"{arrow}. Each texture has a colour scale of its own, to the right of its row, as "
-            "have the consecutive frames: compare colours along a row, not between rows.",
-            f"Grid of {afferent} tactile images for several textures and speeds.",
-            images_figure(images, channel, source, data.sliding),
-        )
-
-
-def _printed_images(data: FigureData, source: str) -> Iterator[ReportFigure]:
+def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[ReportFigure]:
+    printed = style == "paper"
     for (channel, apart), rows in data.frames.items():
         name, number, afferent, what = _OF_CHANNEL[channel]
-        said, suffix, drawn = _APART[apart]
-        title = f"{number}. {afferent} tactile images, {said}"
+        title, (frames, suffix, why) = f"{number}. {afferent} tactile images", _APART[apart]
+        panels = "A: textures at one speed, or near it. B: one texture at several speeds"
+        scale = (
+            "Each recording has a colour scale of its own, to the right of its row: compare "
+            "colours along a row, not between rows"
+        )
+        if printed:
+            name, title, frames = f"paper-{name}-{suffix}", f"{title}, {frames}", f"{frames}, {why}"
+            panels = "A: textures a, g and m at 50 mm/s. B: texture g at 10, 50 and 100 mm/s"
+            scale = "All images have one colour scale, which spans what is shown"
         yield ReportFigure(
-            f"paper-{name}-{suffix}",
+            name,
             title,
-            f"{what}. A: textures a, g and m at 50 mm/s. B: texture g at 10, 50 and 100 mm/s. "
-            f"{instead_of(row.shown for row in rows)}Ten {said}, {drawn}, beginning {data.began}. "
-            "All images have one colour scale, which spans what is shown. Row is the rank of a "
-            "marker in y, column its rank in x; the paper's images are the transpose.",
+            f"{what}. {panels}. {instead_of(row.shown for row in rows)}Ten {frames}, beginning "
+            f"{data.began}. {scale}. Row is the rank of a marker in y, column its rank in x; the "
+            f"paper's images are the transpose.",
             f"Rows of ten {afferent} tactile images, a row for each texture and speed.",
-            printed_images_figure(rows, channel, title, source, data.sliding),
+            images_figure(rows, channel, title, source, data.sliding, one_scale=printed),
         )
 
 

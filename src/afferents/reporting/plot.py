@@ -25,7 +25,7 @@ from afferents.reporting.confusion import (
     percent_of_true,
     write_numbers,
 )
-from afferents.reporting.images import TactileImage, draw_image, scale_of
+from afferents.reporting.images import draw_image, scale_of
 from afferents.reporting.labels import PROTOCOL_TITLES, model_title, speed_key, texture_labels
 from afferents.reporting.recording_figures import draw_bands, draw_markers, draw_traces
 from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
@@ -112,10 +112,10 @@ def tactile_image(
         title.append(f"texture {texture_labels([texture], by_spacing)[texture]}")
     if dims.SPEED in found.coords and not found[dims.SPEED].dims:
         title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
-    image = TactileImage(_grid(found), ", ".join(title))
+    image = _grid(found)
     ax = axes_of(ax, 4.2, 3.5)
-    drawn = draw_image(ax, image, *scale_of([image]))
-    rows, columns = image.values.shape
+    drawn = draw_image(ax, image, scale_of(image), ", ".join(title))
+    rows, columns = image.shape
     ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1], xlabel="column (x) →")
     ax.set_ylabel("← row (y)")
     ax.figure.colorbar(drawn, ax=ax, label=_label(response)).outline.set_visible(False)

@@ -1,18 +1,20 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.channels import CHANNELS
 from afferents.choices import Figures
 from afferents.documents import as_form
 from afferents.encodings.images import spatial_samples
-from afferents.encodings.samples import Samples, concatenate
+from afferents.encodings.samples import Samples
 from afferents.encodings.settings import ENCODINGS
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
@@ -34,7 +36,7 @@ from afferents.models.layers import count_parameters
 from afferents.models.model import TABLE1
 from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
-from afferents.reporting.choice import PANELS, shown_for
+from afferents.reporting.choice import panels_of
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
 from afferents.reporting.drawings import DrawnNetwork
 from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
@@ -48,9 +50,9 @@ from afferents.store.trimming import with_steady
 
 PAGE, FIRST_TABLE = "report.html", "table1.md"
 TEXTURES, BESIDE = "textures.md", "beside_paper.md"
-SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
-"""Frames from the middle of each recording for Figures 8 and 10, and how many before them are
-read, so that a marker that can't be filled from those round it has a last value to keep."""
+SETTLING_FRAMES = 90
+"""How many frames before those of Figures 8 and 10 are read, so that a marker that can't be filled
+from those round it has a last value to keep."""
 FIRST_SHOWN = 2521
 """Video frame with which the paper's Figures 8 and 10 begin (figures.ipynb, cells 7 to 25)."""
 _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
@@ -139,18 +141,11 @@ def figure_data(
     try:
         recordings = _recordings(results, progress)
         spectra = _spectra(recordings, results.config, progress)
-        images = {
-            channel: found
-            for channel in (dims.SA1, dims.RA1)
-            if (found := _middle_images(recordings, channel)) is not None
-        }
+        frames, began = _frames(recordings, results.found.named_by_spacing, style)
         said = {str(conditions(recording).get("direction", "")) for recording in recordings}
         sliding = said.pop() if len(said) == 1 else ""
-        if style == "report":
-            return FigureData(spectra, images, sliding), []
-        frames, began = _printed_frames(recordings, results.found.named_by_spacing)
-        networks = _networks(results, _sample_shapes(results.config, images, spectra))
-        return FigureData(spectra, images, sliding, frames, began, networks), []
+        shapes = _sample_shapes(results.config, frames, spectra) if style == "paper" else {}
+        return FigureData(spectra, frames, began, sliding, _networks(results, shapes)), []
     except _UNREADABLE as error:
         return FigureData(), [f"Figures of the data are missing: {error}."]
 
@@ -186,14 +181,45 @@ def _spectra(
     return encode_all(with_vibration, source, config["cut"], progress)
 
 
-def _middle_images(recordings: list[Responses], channel: str) -> Samples | None:
-    """Return a few tactile images from the middle of every recording that has them."""
-    parts = []
-    for recording in recordings:
-        if channel in recording and dims.ROW in recording.coords:
-            last = recording.sizes[dims.TIME] // 2 + SHOWN_FRAMES
-            parts.append(_images(recording, channel, max(0, last - SHOWN_FRAMES), SHOWN_FRAMES))
-    return concatenate(parts) if parts else None
+def _frames(
+    recordings: Sequence[Responses], by_spacing: bool, style: Figures
+) -> tuple[dict[tuple[str, int], list[FrameRow]], str]:
+    """Return the rows of Figures 8 and 10, and where their frames begin, in words."""
+    rows: dict[tuple[str, int], list[FrameRow]] = {}
+    beginnings: set[str] = set()
+    for channel in (dims.SA1, dims.RA1):
+        able = {
+            (str(r.attrs[dims.TEXTURE]), float(speed_of(r) or 0)): r
+            for r in reversed(recordings)
+            if channel in r and dims.ROW in r.coords
+        }
+        if not able:
+            continue
+        for apart in SPACINGS if style == "paper" else (1,):
+            rows[channel, apart] = []
+            for panel, shown in panels_of(able, by_spacing, style):
+                recording = able[shown.texture, shown.speed_mm_s]
+                images, time_s, said = _frame_row(recording, channel, apart)
+                rows[channel, apart].append(FrameRow(panel, shown, images, time_s))
+                beginnings.add(said)
+    return rows, " or ".join(sorted(beginnings))
+
+
+def _frame_row(
+    recording: Responses, channel: str, apart: int
+) -> tuple[NDArray[np.float32], NDArray[np.float64], str]:
+    """Return ten frames, their times (s), and where they begin: as in the paper, or the middle."""
+    n, there = (N_FRAMES - 1) * apart + 1, recording.sizes[dims.TIME]
+    as_published = there >= FIRST_SHOWN + (N_FRAMES - 1) * max(SPACINGS) + 1
+    first = FIRST_SHOWN if as_published else max(1, (there - n) // 2)
+    images, last = _images(recording, channel, first, n)[::apart], min(first + n, there)
+    time_s = recording[dims.TIME].values[max(0, last - n) : last : apart]
+    said = (
+        f"at video frame {FIRST_SHOWN} as in the paper"
+        if as_published
+        else "in the middle of each recording, which is shorter than the paper's"
+    )
+    return images.values, time_s - time_s[0], said
 
 
 def _images(recording: Responses, channel: str, first: int, n: int) -> Samples:
@@ -206,47 +232,7 @@ def _images(recording: Responses, channel: str, first: int, n: int) -> Samples:
     return samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN)))
 
 
-# What only the figures as printed show: frames in a row, and networks.
-
-
-def _printed_frames(
-    recordings: Sequence[Responses], by_spacing: bool
-) -> tuple[dict[tuple[str, int], list[FrameRow]], str]:
-    """Return the rows of Figures 8 and 10, and where their frames begin, in words."""
-    rows: dict[tuple[str, int], list[FrameRow]] = {}
-    beginnings: set[str] = set()
-    for channel in (dims.SA1, dims.RA1):
-        able = {
-            (str(r.attrs[dims.TEXTURE]), float(speed_of(r) or 0)): r
-            for r in reversed(recordings)
-            if channel in r and dims.ROW in r.coords
-        }
-        for apart in SPACINGS if able else ():
-            found = list(_frame_rows(able, channel, apart, by_spacing))
-            rows[channel, apart] = [row for row, _ in found]
-            beginnings |= {said for _, said in found}
-    return rows, " or ".join(sorted(beginnings))
-
-
-def _frame_rows(
-    recordings: Mapping[tuple[str, float], Responses], channel: str, apart: int, by_spacing: bool
-) -> Iterator[tuple[FrameRow, str]]:
-    """Yield ten frames of a recording, and where they begin: as in the paper, or in the middle."""
-    n = (N_FRAMES - 1) * apart + 1
-    for panel, wanted in PANELS.items():
-        for shown in shown_for(wanted, recordings, by_spacing):
-            recording = recordings[shown.texture, shown.speed_mm_s]
-            there = recording.sizes[dims.TIME]
-            as_published = there >= FIRST_SHOWN + (N_FRAMES - 1) * max(SPACINGS) + 1
-            first = FIRST_SHOWN if as_published else max(1, (there - n) // 2)
-            images, last = _images(recording, channel, first, n)[::apart], min(first + n, there)
-            time_s = recording[dims.TIME].values[max(0, last - n) : last : apart]
-            said = (
-                f"at video frame {FIRST_SHOWN} as in the paper"
-                if as_published
-                else "in the middle of each recording, which is shorter than the paper's"
-            )
-            yield FrameRow(panel, shown, images.values, time_s - time_s[0]), said
+# Networks, which only the figures as printed show.
 
 
 def _networks(
@@ -280,14 +266,16 @@ def _networks(
 
 
 def _sample_shapes(
-    config: Mapping[str, Any], images: Mapping[str, Samples], spectra: Samples | None
+    config: Mapping[str, Any],
+    frames: Mapping[tuple[str, int], Sequence[FrameRow]],
+    spectra: Samples | None,
 ) -> dict[str, tuple[int, ...]]:
     """Return the shape of one sample of each of the paper's encodings that the data have."""
     shapes: dict[str, tuple[int, ...]] = {}
-    for one in images.values():
-        size = tuple(one.shape[1:])
-        frames = int(config.get("spatiotemporal", {}).get("frames", N_FRAMES))
-        shapes |= {"spatial": size, "spatiotemporal": (frames, *size)}
+    for rows in frames.values():
+        size = rows[0].images.shape[1:]
+        n = int(config.get("spatiotemporal", {}).get("frames", N_FRAMES))
+        shapes |= {"spatial": size, "spatiotemporal": (n, *size)}
     if spectra is not None:
         bins = min(int(config["spectral"]["model_bins"]), spectra.sizes[dims.FREQUENCY])
         shapes["spectral"] = (spectra.sizes[dims.CHANNEL], bins)

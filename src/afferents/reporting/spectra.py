@@ -19,8 +19,9 @@ from afferents.reporting.choice import (
     Shown,
     example_textures,
     in_condition,
+    recorded_in,
     shown_for,
-    speeds_of,
+    speeds_of_textures,
     spread,
 )
 from afferents.reporting.labels import speed_key, texture_names
@@ -128,9 +129,9 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     """
     names = texture_names(textures_of(spectra), bool(spectra.attrs.get(dims.NAMED_BY_SPACING)))
     # Of many recordings, looking for each in all samples would take longer than all the rest.
-    recorded = set(zip(spectra[dims.TEXTURE].values, spectra[dims.SPEED].values, strict=True))
+    recorded = recorded_in(spectra)
     candidates = [
-        (texture, float(speed))
+        (texture, speed)
         for texture, speed in recorded
         if {(texture, k * speed) for k in (0.5, 2.0)} <= recorded
     ]
@@ -221,19 +222,19 @@ LETTERS_SHOWN = ("a", "g", "m")
 def shown_spectra(spectra: Samples, style: Figures) -> list[list[Shown]]:
     """Choose the panels: a row for each texture, a column for each speed."""
     by_spacing = bool(spectra.attrs.get(dims.NAMED_BY_SPACING))
+    recorded = recorded_in(spectra)
     if style == "paper":
-        pairs = zip(spectra[dims.TEXTURE].values.tolist(), spectra[dims.SPEED].values, strict=True)
-        recorded = sorted({(texture, float(speed)) for texture, speed in pairs})
         return [
             shown_for([(letter, speed) for speed in SPEEDS], recorded, by_spacing)
             for letter in LETTERS_SHOWN
         ]
-    speeds = speeds_of(spectra)
+    speeds = sorted({speed for _, speed in recorded})
     speeds = list(SPEEDS) if set(SPEEDS) <= set(speeds) else spread(speeds, MOST_SPEEDS)
-    names = texture_names(textures_of(spectra), by_spacing)
+    textures = list(speeds_of_textures(recorded))
+    names = texture_names(textures, by_spacing)
     return [
-        [Shown(texture, speed, names[texture], "", speed, True) for speed in speeds]
-        for texture in example_textures(spectra)
+        [Shown(texture, speed, names[texture]) for speed in speeds]
+        for texture in example_textures(textures, by_spacing)
     ]
 
 

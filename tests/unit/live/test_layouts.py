@@ -78,7 +78,7 @@ def test_the_report_shows_no_pixels_beside_the_markers(results):
     assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
     data, notes = figure_data(load_results(results), Progress(quiet=True))
     assert not notes
-    shown = np.isfinite(data.images["sa1"].values)
+    shown = np.isfinite(np.concatenate([row.images for row in data.frames["sa1", 1]]))
     assert 0.6 < shown.mean() < 0.8
     assert not shown[:, 0, 0].any()
     assert shown[:, 6, 6].all()

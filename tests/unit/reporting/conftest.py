@@ -11,6 +11,8 @@ import pytest
 from afferents.encodings.samples import Samples, concatenate, make_samples
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
+from afferents.reporting.choice import Shown
+from afferents.reporting.images import FrameRow
 
 NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]
@@ -140,19 +142,11 @@ def spectra() -> Samples:
 
 
 @pytest.fixture
-def images() -> Samples:
-    """Tactile images 4 x 5 of two textures at two speeds, 14 frames at 100 Hz."""
-    time = np.arange(14) / 100
-    frames = np.arange(14 * 20, dtype=np.float32).reshape(14, 4, 5)
-    return concatenate(
-        [
-            make_samples(
-                frames + offset,
-                ("row", "column"),
-                time,
-                time,
-                {**NAMED, "texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
-            )
-            for offset, (texture, speed) in enumerate([("2", 10.0), ("2", 50.0), ("3", 50.0)])
-        ]
-    )
+def frames() -> list[FrameRow]:
+    """Tactile images 4 x 5 at 100 Hz, ten of one recording and four of another."""
+    images = np.arange(14 * 20, dtype=np.float32).reshape(14, 4, 5)
+    time_s = np.arange(14) / 100
+    return [
+        FrameRow("A", Shown("3", 50.0, "g"), images[:10], time_s[:10]),
+        FrameRow("B", Shown("3", 10.0, "g"), images[10:], time_s[:4]),
+    ]

@@ -1,6 +1,6 @@
 """Figures drawn as in the paper: what stands in for what, and what is drawn."""
 
-from afferents.reporting.choice import PANELS, instead_of, shown_for
+from afferents.reporting.choice import PANELS, instead_of, panels_of, shown_for
 
 
 def test_the_papers_own_are_shown_where_they_are_there():
@@ -24,3 +24,12 @@ def test_other_textures_stand_in_by_their_place():
     shown = shown_for([("a", 50.0), ("g", 50.0), ("m", 50.0)], recorded, True)
     assert [one.texture for one in shown] == ["cotton", "silk", "zinc"]
     assert shown[0].wanted == "a, 50"
+
+
+def test_the_report_shows_textures_spread_over_what_there_is_and_one_of_them_at_three_speeds():
+    recorded = [(name, float(v)) for name in "pqrstu" for v in (20, 40, 60, 80)] + [("v", 90.0)]
+    shown = [(panel, one.label) for panel, one in panels_of(recorded, False, "report")]
+    assert shown == [
+        ("A", "p\n40 mm/s"), ("A", "r\n40 mm/s"), ("A", "t\n40 mm/s"), ("A", "v\n90 mm/s"),
+        ("B", "s\n20 mm/s"), ("B", "s\n60 mm/s"), ("B", "s\n80 mm/s"),
+    ]  # fmt: skip

@@ -133,7 +133,7 @@ def recording(n_frames):
     ],
 )
 def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, said):
-    frames, began = writing._printed_frames([recording(n_frames)], True)
+    frames, began = writing._frames([recording(n_frames)], True, "paper")
     row = frames["sa1", apart][0]
     expected = first + apart * np.arange(10)[:, None, None] + np.array([[0, 0.1], [0.2, 0.3]])
     np.testing.assert_allclose(row.images, expected, rtol=1e-6)

@@ -9,7 +9,7 @@ from afferents.evaluation.schemas import Summary
 from afferents.reporting import spectra as drawn_spectra
 from afferents.reporting.accuracy import speed_figure
 from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
-from afferents.reporting.images import consecutive_frames, textures_by_speed
+from afferents.reporting.images import images_figure
 from afferents.reporting.published import published_textures
 from afferents.reporting.style import save_figure
 
@@ -73,15 +73,26 @@ def test_figure12_draws_true_frequencies_and_speeds_and_says_what_is_missing(spe
     assert [text.get_text() for text in figure.axes[2].texts] == ["not recorded"]
 
 
-def test_panel_a_takes_middle_frames_and_leaves_gaps_and_b_ten_frames_in_a_row(images):
-    upper, lower = textures_by_speed(images)
-    assert [image.title for image in upper] == ["10 mm/s", "50 mm/s"]
-    np.testing.assert_array_equal(upper[1].values, np.arange(140, 160).reshape(4, 5) + 1)
-    assert np.isnan(lower[0].values).all()
-    run = consecutive_frames(images)
-    assert [image.title for image in run] == [f"+{10 * i} ms" for i in range(10)]
-    assert run[0].beside == "g\n50 mm/s"
-    np.testing.assert_array_equal(run[0].values, np.arange(40, 60).reshape(4, 5) + 2)
+def test_each_recording_has_its_frames_in_a_row_and_a_scale_of_its_own_or_all_have_one(frames):
+    figure = images_figure(frames, "sa1", "Images", "somewhere", "+x")
+    first, second = ([axes.images[0] for axes in row] for row in rows_of(figure))
+    assert [axes.get_title() for axes in figure.axes[:10]] == [f"+{10 * i} ms" for i in range(10)]
+    assert figure.axes[0].get_ylabel() == "g\n50 mm/s"
+    np.testing.assert_array_equal(first[1].get_array(), frames[0].images[1])
+    assert len(second) == 4  # a short recording
+    assert first[0].get_clim() == first[9].get_clim() != second[0].get_clim()
+    assert len({image.get_clim() for image in shared(frames)}) == 1
+
+
+def rows_of(figure):
+    drawn = [axes for axes in figure.axes if axes.images and axes.images[0].get_array().ndim == 2]
+    grid = [axes for axes in drawn if axes.images[0].get_array().shape == (4, 5)]
+    return grid[:10], grid[10:]
+
+
+def shared(frames):
+    figure = images_figure(frames, "sa1", "Images", "somewhere", one_scale=True)
+    return [axes.images[0] for row in rows_of(figure) for axes in row]
 
 
 def panel_of(figure, title):
@@ -119,8 +130,8 @@ def test_without_probabilities_reliability_is_not_drawn(results, summary):
     assert "reliability" not in [one.name for one in unsure]
 
 
-def test_with_everything_all_figures_are_drawn_and_saved_as_png(results, spectra, images, tmp_path):
-    data = FigureData(spectra, {"sa1": images, "ra1": images})
+def test_with_everything_all_figures_are_drawn_and_saved_as_png(results, spectra, frames, tmp_path):
+    data = FigureData(spectra, {("sa1", 1): frames, ("ra1", 1): frames}, "in the middle")
     pictures = draw_pictures(results, data)
     names = {picture.name for picture in pictures}
     assert {"figure07", "figure08", "figure10", "figure12"} <= names
