@@ -125,7 +125,7 @@ def draw_pictures(
     of_paper = [
         *(_network_pictures(data, source) if printed else ()),
         *_stretch_picture(data, source),
-        *(_printed_spectra if printed else _spectra_picture)(data, source),
+        *_spectra_picture(data, source, style),
         *_image_pictures(data, source, style),
         *_confusion_pictures(results, style),
     ]
@@ -282,42 +282,31 @@ def _stretch_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
         )
 
 
-def _spectra_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
-    if data.spectra is not None:
-        misprint = (
-            " Frequency and speed are those of the recordings: the paper's own figure has its "
-            "frequency axis off by a factor of two and four of its five speeds mislabelled."
-        ) * bool(data.spectra.attrs.get(dims.NAMED_BY_SPACING))
-        yield ReportFigure(
-            "figure12",
-            "Figure 12. Vibration spectra",
-            f"Rows are textures, columns speeds; mean over windows and channels.{misprint}",
-            "Grid of vibration spectra, amplitude against frequency in hertz.",
-            spectra_figure(data.spectra, source),
-        )
-
-
-def _printed_spectra(data: FigureData, source: str) -> Iterator[ReportFigure]:
+def _spectra_picture(data: FigureData, source: str, style: Figures) -> Iterator[ReportFigure]:
     if data.spectra is None:
         return
-    shown = [one for row in shown_spectra(data.spectra, "paper") for one in row]
-    scales = {
-        "one-scale": "All panels have one scale of amplitude, as in the paper",
-        "own-scales": "Each texture has its own scale of amplitude, so that quiet ones are seen",
-    }
-    for suffix, scale in scales.items():
-        yield ReportFigure(
-            f"paper-figure12-{suffix}",
-            f"Figure 12. Vibration spectra, {suffix.replace('-', ' ')}",
+    name, shown = "figure12", "Rows are textures, columns speeds. "
+    scale = "Each texture has its own scale of amplitude, so that quiet ones are seen"
+    true = (
+        " Frequency and speed are those of the recordings: the paper's own figure has its "
+        "frequency axis off by a factor of two and four of its five speeds mislabelled."
+    ) * bool(data.spectra.attrs.get(dims.NAMED_BY_SPACING) or style == "paper")
+    if style == "paper":
+        every = [one for row in shown_spectra(data.spectra, style) for one in row]
+        name, scale = "paper-figure12", "All panels have one scale of amplitude, as in the paper"
+        shown = (
             "Textures a, g and m; speeds 20, 40, 50, 80 and 100 mm/s, which is what the paper's "
-            "figure shows though four of its labels say otherwise. "
-            f"{instead_of(shown)}Black: a single window, the middle one, as the paper draws. "
-            f"Orange: the mean over windows. {scale}; offset and drift, the lowest hundredth of "
-            "the axis, may go beyond it. Frequencies are true; the paper's axis is off by a "
-            "factor of two.",
-            "Grid of vibration spectra, amplitude against frequency in hertz.",
-            spectra_figure(data.spectra, source, "paper", one_scale=suffix == "one-scale"),
+            f"figure shows though four of its labels say otherwise. {instead_of(every)}"
         )
+    yield ReportFigure(
+        name,
+        "Figure 12. Vibration spectra",
+        f"{shown}Black: a single window of one channel, the middle one, as the paper draws. "
+        f"Orange: the mean over windows and channels. {scale}; offset and drift, the lowest "
+        f"hundredth of the axis, may go beyond it.{true}",
+        "Grid of vibration spectra, amplitude against frequency in hertz.",
+        spectra_figure(data.spectra, source, style),
+    )
 
 
 def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[ReportFigure]:

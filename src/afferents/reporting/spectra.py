@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.choices import Figures
@@ -63,27 +61,17 @@ def amplitude_label(attrs: Mapping[object, object]) -> str:
     return f"amplitude ({attrs[dims.UNITS]})" if attrs.get(dims.UNITS) else "amplitude"
 
 
-def amplitude_top(spectra: Sequence[xr.DataArray]) -> float:
-    """Return the top of an amplitude axis for these spectra.
+def amplitude_top(spectra: Sequence[xr.DataArray], to_hz: float = HIGHEST_HZ) -> float:
+    """Return the top of an amplitude axis for these spectra, shown up to a frequency.
 
     Offset and drift, the lowest hundredth of what is shown, do not set it.
     """
-    tops = [float(_shown(spectrum).max()) for spectrum in spectra]
-    highest = max(tops, default=1.0)
-    return 1.08 * highest if highest > 0 else 1.0
-
-
-def _shown(spectrum: xr.DataArray) -> xr.DataArray:
-    axis = spectrum[dims.FREQUENCY]
-    highest = min(HIGHEST_HZ, float(axis.max()))
-    return spectrum.where((axis >= 0.01 * highest) & (axis <= highest))
-
-
-def frequencies(spectrum: NDArray[np.float32], like: xr.DataArray) -> NDArray[np.float64]:
-    """Return the frequencies of bins spaced as those of `like`, for a spectrum of any length."""
-    axis = np.asarray(like[dims.FREQUENCY].values, dtype=np.float64)
-    spacing = float(axis[1] - axis[0])
-    return float(axis[0]) + spacing * np.arange(len(spectrum), dtype=np.float64)
+    tops = [0.0]
+    for spectrum in spectra:
+        axis = spectrum[dims.FREQUENCY]
+        highest = min(to_hz, float(axis.max()))
+        tops.append(float(spectrum.where((axis >= 0.01 * highest) & (axis <= highest)).max()))
+    return 1.15 * max(tops) or 1.0
 
 
 # Figure 7: a spectrum stretched to half and twice its speed, beside the real ones.
@@ -92,7 +80,6 @@ def frequencies(spectrum: NDArray[np.float32], like: xr.DataArray) -> NDArray[np
 # stretched by two should look like one recorded at twice the speed. The paper shows texture i at
 # 40 mm/s, stretched by 0.5 and 2, beside its real spectra at 20 and 80 mm/s.
 
-FACTORS = (0.5, 2.0)
 SPACING_MM, SPEED = 4.0, 40.0
 """The example of the paper: texture i (4 mm) at 40 mm/s."""
 
@@ -105,7 +92,7 @@ class StretchExample:
     """A texture at a speed, at half of it and at twice, each a mean spectrum (frequency).
 
     `name` is what the report calls the texture.
-    `middle` is what is to be stretched by `FACTORS`; `half` and `double` are what the results
+    `middle` is what is to be stretched by 0.5 and 2; `half` and `double` are what the results
     should look like.
     """
 
@@ -152,12 +139,12 @@ def _unlike_the_paper(condition: tuple[str, float]) -> tuple[int, float, float, 
     return (kind, abs(speed - SPEED), off, texture, speed)
 
 
-def stretched_copies(example: StretchExample) -> dict[float, NDArray[np.float32]]:
-    """Return the middle spectrum stretched by each of `FACTORS`, bins spaced as before.
-
-    By rebinning, as under the nested protocol.
-    """
-    return {factor: stretch_spectrum(example.middle.to_numpy(), factor) for factor in FACTORS}
+def stretched_by(factor: float, spectrum: xr.DataArray) -> xr.DataArray:
+    """Return a spectrum stretched by rebinning, as under the nested protocol; bins as before."""
+    copy = stretch_spectrum(spectrum.to_numpy(), factor)
+    first, second = spectrum[dims.FREQUENCY].values[:2].astype(np.float64)
+    frequency = first + (second - first) * np.arange(len(copy))
+    return xr.DataArray(copy, {dims.FREQUENCY: frequency})
 
 
 @styled
@@ -175,43 +162,33 @@ def stretch_figure(example: StretchExample, source: str) -> Figure:
         f"Figure 7. Stretched (nested protocol: rebinned) and real spectra, texture {example.name}"
     )
     figure = new_figure(7.6, 5.6, title, source)
-    stretched, speed = stretched_copies(example), example.speed_mm_s
-    reals = ((example.half, 0.5, BLUE), (example.middle, 1, INK), (example.double, 2, VERMILION))
+    speed, middle = example.speed_mm_s, example.middle
+    reals = ((example.half, 0.5, BLUE), (middle, 1, INK), (example.double, 2, VERMILION))
     panels = figure.subplots(3, 1, sharex=True)
     for axes, (real, factor, colour) in zip(panels, reals, strict=True):
         n = real.attrs["n_windows"]
         label = f"recorded at {speed_key(factor * speed)} mm/s ({n} windows)"
         axes.plot(real[dims.FREQUENCY], real, color=INK, lw=0.9, label=label)
-        if factor in stretched:
-            copy = stretched[factor]
+        drawn = [real]
+        if factor != 1:
+            drawn.append(copy := stretched_by(factor, middle))
             label = f"{speed_key(speed)} mm/s stretched by {factor:g}"
-            axes.plot(frequencies(copy, example.middle), copy, color=colour, label=label)
-        axes.set_ylim(0, _top(axes))
+            axes.plot(copy[dims.FREQUENCY], copy, color=colour, label=label)
+        axes.set_ylim(0, amplitude_top(drawn, STRETCHED_TO_HZ))
         axes.legend(loc="upper right")
     panels[-1].set_xlabel("frequency (Hz)")
-    panels[1].set_ylabel(amplitude_label(example.middle.attrs))
-    panels[-1].set_xlim(0, min(STRETCHED_TO_HZ, float(example.middle[dims.FREQUENCY].max())))
+    panels[1].set_ylabel(amplitude_label(middle.attrs))
+    panels[-1].set_xlim(0, min(STRETCHED_TO_HZ, float(middle[dims.FREQUENCY].max())))
     return figure
-
-
-def _top(axes: Axes) -> float:
-    """Return the top of an amplitude axis; offset and drift, the lowest hundredth, don't set it."""
-    shown = [
-        y[(x >= 0.01 * STRETCHED_TO_HZ) & (x <= STRETCHED_TO_HZ)]
-        for x, y in (np.transpose(line.get_xydata()) for line in axes.lines)
-    ]
-    highest = max(float(y.max()) for y in shown if len(y))
-    return 1.15 * highest if highest > 0 else 1.0
 
 
 # Figure 12: spectra of several textures at several speeds, on the true frequency axis.
 #
-# Rows are textures, columns speeds. In the report's figure they are spread over what was recorded,
-# and each texture has its own scale of amplitude. As the paper prints it they are a, g and m at the
-# speeds that its figure truly shows, a single window with the mean over windows behind it, and all
-# panels have one scale; where one texture is much louder than another that hides the others, so a
-# second figure gives each texture its own. The frequency axis is in true Hz: the paper's is off by
-# a factor of two, and four of its five speeds are labelled wrongly.
+# Rows are textures, columns speeds: spread over what was recorded, or, as the paper prints it, a, g
+# and m at the speeds that its figure truly shows. A single window, as the paper draws, lies over
+# the mean. In the report each texture has its own scale of amplitude, since one that is much louder
+# hides the others; in print all panels have one. The frequency axis is in true Hz: the paper's is
+# off by a factor of two, and four of its five speeds are labelled wrongly.
 
 SPEEDS = (20.0, 40.0, 50.0, 80.0, 100.0)
 """What the paper's figure truly shows; its labels say 10, 30, 50, 70, 90."""
@@ -239,9 +216,7 @@ def shown_spectra(spectra: Samples, style: Figures) -> list[list[Shown]]:
 
 
 @styled
-def spectra_figure(
-    spectra: Samples, source: str, style: Figures = "report", one_scale: bool = False
-) -> Figure:
+def spectra_figure(spectra: Samples, source: str, style: Figures = "report") -> Figure:
     """Draw a grid of spectra: a row for each texture, a column for each speed.
 
     Parameters
@@ -251,69 +226,50 @@ def spectra_figure(
     source
         The line that says what the spectra were made from.
     style
-        `report` draws the mean over windows, `paper` a single window over it.
-    one_scale
-        Whether all panels have one scale of amplitude, or each texture its own.
+        `report` gives each texture its own scale of amplitude, `paper` all of them one.
     """
-    rows, printed = shown_spectra(spectra, style), style == "paper"
-    title, size = "Figure 12. Vibration spectra", (1.85 * len(rows[0]) + 1, 1.25 * len(rows) + 0.9)
-    if printed:
-        title, size = f"{title}, one window and the mean over windows", (9.4, 5.4)
-    figure = new_figure(*size, title, source)
+    rows, one_scale = shown_spectra(spectra, style), style == "paper"
+    title = "Figure 12. Vibration spectra, one window and the mean over windows"
+    figure = new_figure(1.7 * len(rows[0]) + 0.9, 1.5 * len(rows) + 0.9, title, source)
     grid = figure.subplots(
         len(rows), len(rows[0]), squeeze=False, sharex=True, sharey=True if one_scale else "row"
     )
-    lines = [[_lines_of(spectra, shown, printed) for shown in row] for row in rows]
-    for cells, row, drawn in zip(grid, rows, lines, strict=True):
-        for axes, own in zip(cells, drawn, strict=True):
-            _draw_panel(axes, own)
-        every = [own for each in lines for own in each] if one_scale else drawn
-        cells[0].set_ylim(0, amplitude_top([line for own in every for line in own.values()]))
+    every: list[xr.DataArray] = []
+    for cells, row in zip(grid, rows, strict=True):
+        drawn = [
+            line
+            for axes, shown in zip(cells, row, strict=True)
+            for line in _draw_panel(axes, spectra, shown)
+        ]
+        every += drawn
+        cells[0].set_ylim(0, amplitude_top(every if one_scale else drawn))
         cells[0].set_ylabel(row[0].name, fontweight="bold", fontsize=8)
         for axes, shown in zip(cells, row, strict=True):
-            wanted = f" (for {shown.wanted})" if printed and shown.wanted else ""
-            if printed or row is rows[0]:
+            wanted = f" (for {shown.wanted})" if shown.wanted else ""
+            if row is rows[0] or wanted:
                 axes.set_title(f"{speed_key(shown.speed_mm_s)} mm/s{wanted}", fontweight="bold")
     grid[0, 0].set_xlim(0, min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max())))
     for axes in grid[-1]:
         axes.set_xlabel("frequency (Hz)")
-        if printed:
-            axes.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
-    said = "mean over windows"
-    if printed:
-        said = "one scale for all" if one_scale else "each texture its own scale"
-        grid[0, 0].legend(loc="upper right", fontsize=7.5)
+        axes.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
+    first = next(axes for axes in grid.flat if axes.lines)
+    first.legend(loc="upper right", fontsize=7.5)
+    said = "one scale for all" if one_scale else "each texture its own scale"
     figure.supylabel(f"{amplitude_label(spectra.attrs)}, {said}", fontsize=8.5)
     return figure
 
 
-_LINES: dict[str, dict[str, Any]] = {
-    "mean": {"color": BLUE, "lw": 0.8},
-    "mean over windows": {"color": ORANGE, "lw": 1.6},
-    "one window": {"color": INK, "lw": 0.5},
-}
-"""What is drawn of a condition, and how: the mean alone, or what lies over it as well."""
-
-
-def _lines_of(spectra: Samples, shown: Shown, printed: bool) -> dict[str, xr.DataArray]:
-    """Return the lines of a panel by their names in `_LINES`; none where nothing was recorded."""
+def _draw_panel(axes: Axes, spectra: Samples, shown: Shown) -> list[xr.DataArray]:
+    """Draw a single window over the mean of a condition, and return both; neither of none."""
     mean = condition_spectrum(spectra, shown.texture, shown.speed_mm_s)
     if mean is None:
-        return {}
-    if not printed:
-        return {"mean": mean}
-    return {"mean over windows": mean, "one window": single_window(spectra, shown)}
-
-
-def _draw_panel(axes: Axes, lines: Mapping[str, xr.DataArray]) -> None:
-    for name, line in lines.items():
-        axes.plot(line[dims.FREQUENCY], line, label=name, **_LINES[name])
-    if "mean" in lines:
-        mean = lines["mean"]
-        axes.fill_between(mean[dims.FREQUENCY], mean, color=BLUE, alpha=0.15, lw=0)
-    if not lines:
         axes.text(0.5, 0.5, "not recorded", color=GREY, ha="center", va="center",
                   transform=axes.transAxes)  # fmt: skip
+        return []
+    window = single_window(spectra, shown)
+    axes.plot(mean[dims.FREQUENCY], mean, color=ORANGE, lw=1.6, label="mean over windows")
+    axes.plot(window[dims.FREQUENCY], window, color=INK, lw=0.5, label="one window")
+    return [mean, window]
 
 
 def single_window(spectra: Samples, shown: Shown) -> Samples:

@@ -24,20 +24,6 @@ def peak(points):
     return points[points[:, 1].argmax(), 0]
 
 
-@pytest.fixture(autouse=True)
-def quick_stretch(monkeypatch):
-    monkeypatch.setattr(drawn_spectra, "stretched_copies", stretched)
-
-
-def stretched(example):
-    """Nearest-bin stretch, enough to see where a line ends up."""
-    middle = example.middle.values
-    return {
-        factor: middle[(np.arange(int(len(middle) * factor)) / factor).astype(int)]
-        for factor in (0.5, 2.0)
-    }
-
-
 def test_the_example_is_the_papers_else_a_bumpy_drum_before_a_word_before_a_smooth_one(spectra):
     example = drawn_spectra.stretch_example(spectra)
     assert (example.texture, example.speed_mm_s) == ("4", 40.0)
