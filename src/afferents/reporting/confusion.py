@@ -11,6 +11,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.choices import Figures
+from afferents.evaluation.metrics import confusion
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
 from afferents.folds.held_out import SPEED, order
@@ -37,8 +38,8 @@ from afferents.reporting.style import (
 
 # As in the paper, x is the true and y the predicted texture, so every column sums to 100 %; y goes
 # up here, where the print has the first texture at the top. Each column is divided by its own
-# number of test samples: the paper's Figure 13 divides 60 samples by 30 and so shows twice the
-# percentage.
+# number of test samples. The paper divides counts by 25, 2.5 and 0.3: percent of its 2,500 and 250
+# samples in Figures 9 and 11, but twice the percentage of its 60 in Figure 13, which saturates.
 
 FIGURE_OF = {
     "sa-se": "Figure 9A",
@@ -72,21 +73,6 @@ class Panel:
     percent: NDArray[np.float64]
 
 
-def count_confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int64]:
-    """Count predictions by true and predicted texture.
-
-    Returns
-    -------
-    Shape (n_textures, n_textures), counts[true, predicted].
-    """
-    true, predicted = (
-        pd.Categorical(predictions[column], categories=textures).codes.astype(np.int64)
-        for column in ("true_texture", "predicted_texture")
-    )
-    n = len(textures)
-    return np.bincount(true * n + predicted, minlength=n * n).reshape(n, n).astype(np.int64)
-
-
 def percent_of_true(counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return percent[true, predicted] of the test samples of each true texture.
 
@@ -107,30 +93,41 @@ def confusion_figure(
     style
         `report` adds one over all groups, and the paper's mean matrix where textures are its own.
         `paper` draws what the model's figure in the paper has, five in a row, the first texture at
-        the top left, and None of what has no such figure.
+        the top left, and None of what has no such figure; of Figure 13 also as it is printed.
     """
     rows = results.predictions
     rows = rows[(rows["model"] == model) & (rows["protocol"] == protocol)]
-    if rows.empty or (style == "paper" and not is_in_paper(model, results.found)):
+    printed = style == "paper"
+    if rows.empty or (printed and not is_in_paper(model, results.found)):
         return None
-    title = confusion_title(model, protocol, results.found)
-    if style == "paper":
-        return _as_in_paper(results, rows, title, model in TWICE)
-    panels = [
-        *_panels(results, rows, " held out"),
-        _panel(rows, results.textures, f"all held-out {results.split.many}"),
-        *_paper_panel(model, results),
-    ]
-    n_columns = _columns(len(panels), len(results.textures))
+    panels = _panels(results, rows, "" if printed else " held out")
+    blocks = [("", OF_TRUE, panels)]
+    if printed and model in TWICE:
+        twice = [replace(one, percent=np.minimum(2 * one.percent, 100)) for one in panels]
+        blocks = [("as printed: twice the percentage, at most 100", "as printed", twice),
+                  ("as it should be", OF_TRUE, panels)]  # fmt: skip
+    elif not printed:
+        panels += [
+            _panel(rows, results.textures, f"all held-out {results.split.many}"),
+            *_paper_panel(model, results),
+        ]
+    n_columns = _columns(len(panels), len(results.textures), printed)
     n_rows = -(-len(panels) // n_columns)
+    said_inch = 0.3 if len(blocks) > 1 else 0
     names = 0.04 * max(map(len, results.textures))
-    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + names
+    height = len(blocks) * (n_rows * (_PANELS_INCH / n_columns + 0.34) + said_inch) + 0.8 + names
+    title = confusion_title(model, protocol, results.found)
     figure = new_figure(_WIDTH_INCH, height, title, source_line(results.found))
-    grid = figure.subplots(n_rows, n_columns, squeeze=False)
-    drawn = _draw_panels(grid, panels, results, "lower")
-    for axes, panel in zip(grid.flat, panels, strict=False):
-        write_numbers(axes, panel, _PANELS_INCH / n_columns)
-    add_bar(figure, drawn, list(grid.flat), OF_TRUE, fraction=0.02, pad=0.015, aspect=30)
+    parts = figure.subfigures(len(blocks), 1, squeeze=False)
+    for part, (said, label, shown) in zip(parts.flat, blocks, strict=True):
+        part.suptitle(said, fontsize=9, x=0.055, ha="left")
+        grid = part.subplots(n_rows, n_columns, squeeze=False)
+        for axes, panel in zip(grid.flat, shown, strict=False):
+            drawn = draw_panel(axes, panel, "upper" if printed else "lower")
+            write_numbers(axes, panel, _PANELS_INCH / n_columns)
+        hide(list(grid.flat)[len(shown) :])
+        label_edges(grid, results.textures, results.found.named_by_spacing)
+        add_bar(part, drawn, list(grid.flat), label, fraction=0.02, pad=0.015, aspect=30)
     return figure
 
 
@@ -145,40 +142,8 @@ def confusion_title(model: str, protocol: str, summary: Summary) -> str:
     return f"{number}{model_title(model, summary)}, {PROTOCOL_TITLES[protocol]}"
 
 
-def _as_in_paper(results: Results, rows: pd.DataFrame, title: str, twice: bool) -> Figure:
-    """Draw ten matrices, one a held-out speed; where the paper prints twice the percentage, both.
-
-    It divides counts by 25, 2.5 and 0.3. That is percent for Figures 9 and 11, which have 2,500 and
-    250 test samples of each texture. Figure 13 has 60 and is divided as if there were 30: it
-    saturates at half. Here each count is divided by the number of its own test samples; Figure 13
-    is drawn so, and above that as it is printed.
-    """
-    panels = _panels(results, rows)
-    blocks = [("", OF_TRUE, panels)]
-    if twice:
-        printed = [replace(one, percent=np.minimum(2 * one.percent, 100)) for one in panels]
-        blocks = [("as printed: twice the percentage, at most 100", "as printed", printed),
-                  ("as it should be", OF_TRUE, panels)]  # fmt: skip
-    n_columns = min(_PAPER_COLUMNS, len(panels))
-    n_rows = -(-len(panels) // _PAPER_COLUMNS)
-    height = len(blocks) * (1.8 * n_rows + (0.4 if twice else 0.2)) + 0.7
-    figure = new_figure(_WIDTH_INCH, height, title, source_line(results.found))
-    parts = figure.subfigures(len(blocks), 1, squeeze=False)
-    for part, (said, label, shown) in zip(parts.flat, blocks, strict=True):
-        if said:
-            part.suptitle(said, fontsize=9, x=0.055, ha="left")
-        grid = part.subplots(n_rows, n_columns, squeeze=False)
-        drawn = _draw_panels(grid, shown, results, "upper")
-        for axes in grid.flat:
-            axes.set_title(axes.get_title(), fontsize=8)
-        bar = add_bar(part, drawn, grid, "", fraction=0.02, pad=0.012, aspect=26)
-        bar.set_label(label, fontsize=7)
-        bar.ax.tick_params(labelsize=7)
-    return figure
-
-
 def _panel(rows: pd.DataFrame, textures: list[str], title: str) -> Panel:
-    counts = count_confusion(rows, textures)
+    counts = confusion(rows, textures)
     accuracy = 100 * np.trace(counts) / counts.sum()
     return Panel(f"{title}: {accuracy:.0f}%", percent_of_true(counts))
 
@@ -200,21 +165,13 @@ def _paper_panel(model: str, results: Results) -> list[Panel]:
     return [Panel(f"paper, its own recordings: {mean}%", published_confusion(model))]
 
 
-def _columns(n_panels: int, n_textures: int) -> int:
-    """Return 4 columns, or 3 where that leaves fewer places empty or textures are many."""
+def _columns(n_panels: int, n_textures: int, printed: bool) -> int:
+    """Return 5 in print, else 4, or 3 where that leaves fewer empty or textures are many."""
+    if printed:
+        return min(_PAPER_COLUMNS, n_panels)
     if n_panels <= 3 or n_textures > MANY_TEXTURES:
         return min(3, n_panels)
     return min((4, 3), key=lambda n: (-n_panels % n, -n))
-
-
-def _draw_panels(
-    grid: NDArray[Any], panels: list[Panel], results: Results, origin: Literal["lower", "upper"]
-) -> AxesImage:
-    for axes, panel in zip(grid.flat, panels, strict=False):
-        drawn = draw_panel(axes, panel, origin)
-    hide(list(grid.flat)[len(panels) :])
-    label_edges(grid, results.textures, results.found.named_by_spacing)
-    return drawn
 
 
 def draw_panel(axes: Axes, panel: Panel, origin: Literal["lower", "upper"] = "lower") -> AxesImage:

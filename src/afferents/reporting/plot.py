@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.encodings.samples import textures_of
 from afferents.errors import InputError, then
+from afferents.evaluation import metrics
 from afferents.evaluation.results import Results
 from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, order
@@ -19,7 +20,6 @@ from afferents.markers.places import covered, images_of
 from afferents.reporting.confusion import (
     OF_TRUE,
     Panel,
-    count_confusion,
     draw_panel,
     label_edges,
     percent_of_true,
@@ -416,7 +416,7 @@ def confusion(
     if held_out is not None:
         rows, _ = _chosen(rows, "held_out_group", held_out)
         title.append(f"{summary.split.printed(held_out) if summary else held_out} held out")
-    counts = count_confusion(rows, textures)
+    counts = metrics.confusion(rows, textures)
     accuracy = 100 * np.trace(counts) / counts.sum()
     ax = axes_of(ax, 4.6, 4.0)
     panel = Panel(", ".join([*title, f"{accuracy:.0f}%"]), percent_of_true(counts))

@@ -3,18 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from afferents.evaluation.schemas import Summary
-from afferents.reporting.confusion import (
-    confusion_figure,
-    count_confusion,
-    percent_of_true,
-)
+from afferents.reporting.confusion import confusion_figure, percent_of_true
 from afferents.reporting.published import published_textures
 
 
@@ -25,12 +20,6 @@ def matrices(figure):
         for axes in figure.axes
         if axes.images
     }
-
-
-def test_counts_are_true_by_predicted():
-    predictions = pd.DataFrame({"true_texture": ["a", "a", "b"], "predicted_texture": list("abb")})
-    counts = count_confusion(predictions, ["a", "b", "c"])
-    np.testing.assert_array_equal(counts, [[1, 1, 0], [0, 1, 0], [0, 0, 0]])
 
 
 @given(hnp.arrays(np.int64, (4, 4), elements=st.integers(0, 1000)))
