@@ -11,7 +11,7 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,7 @@ CITATION = (
 )
 
 
-@dataclass(frozen=True)
-class PublishedFold:
+class PublishedFold(NamedTuple):
     """One training of the paper: how it went, and what its test gave.
 
     Attributes
@@ -51,23 +50,33 @@ class PublishedFamily:
     ----------
     mean_percent
         Table 1: accuracy, mean over the ten held-out speeds, percent.
-    by_speed
-        Accuracy in percent at each held-out speed (mm/s), to one decimal from the colours of
-        the confusion matrices.
     folds
-        The same trainings with how each went, by held-out speed (mm/s).
+        The trainings, by held-out speed (mm/s).
     """
 
     mean_percent: int
-    by_speed: dict[float, float]
     folds: dict[float, PublishedFold]
+
+    @property
+    def by_speed(self) -> dict[float, float]:
+        """Accuracy in percent at each held-out speed (mm/s), from the colours of the matrices."""
+        return {speed: fold.percent for speed, fold in self.folds.items()}
 
 
 @cache
 def published_families() -> dict[str, PublishedFamily]:
     """Return the paper's six families by the names that the commands use."""
+    names = ("digitised_percent", "best_epoch", "first_training_percent",
+             "first_validation_percent")  # fmt: skip
     return {
-        name: _read_family(content) for name, content in _read("accuracy.json")["families"].items()
+        family: PublishedFamily(
+            content["table1_percent"],
+            {
+                float(speed): PublishedFold(*(fold[name] for name in names))
+                for speed, fold in content["by_speed"].items()
+            },
+        )
+        for family, content in _read("accuracy.json")["families"].items()
     }
 
 
@@ -98,8 +107,7 @@ def published_speeds() -> tuple[float, ...]:
     return tuple(published_families()["sa-se"].by_speed)
 
 
-@dataclass(frozen=True)
-class PublishedCost:
+class PublishedCost(NamedTuple):
     """What the authors' training of a family took, by their logs.
 
     Attributes
@@ -120,31 +128,12 @@ class PublishedCost:
 @cache
 def published_costs() -> dict[str, PublishedCost]:
     """Return the cost of the paper's six families by the names that the commands use."""
-    return {name: _read_cost(content) for name, content in _read("cost.json")["families"].items()}
-
-
-def _read_cost(content: dict[str, Any]) -> PublishedCost:
-    epochs, seconds = sum(content["epochs"]), float(sum(content["seconds"]))
-    sample_s = seconds / (epochs * content["samples"])
-    return PublishedCost(epochs / len(content["epochs"]), seconds, sample_s)
-
-
-def _read_family(content: dict[str, Any]) -> PublishedFamily:
-    folds = {float(speed): fold for speed, fold in content["by_speed"].items()}
-    return PublishedFamily(
-        mean_percent=content["table1_percent"],
-        by_speed={speed: fold["digitised_percent"] for speed, fold in folds.items()},
-        folds={speed: _read_fold(fold) for speed, fold in folds.items()},
-    )
-
-
-def _read_fold(content: dict[str, Any]) -> PublishedFold:
-    return PublishedFold(
-        content["digitised_percent"],
-        content["best_epoch"],
-        content["first_training_percent"],
-        content["first_validation_percent"],
-    )
+    found = {}
+    for name, content in _read("cost.json")["families"].items():
+        epochs, seconds = sum(content["epochs"]), float(sum(content["seconds"]))
+        sample_s = seconds / (epochs * content["samples"])
+        found[name] = PublishedCost(epochs / len(content["epochs"]), seconds, sample_s)
+    return found
 
 
 def _read(name: str) -> dict[str, Any]:
