@@ -1,7 +1,8 @@
 """How much of the variance of tactile images is global shear, between textures and over time."""
 
+import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,9 +28,10 @@ from afferents.evaluation.intervals import (
     bootstrap_interval,
     paired_difference,
 )
+from afferents.evaluation.metrics import accuracy_by_group
 from afferents.evaluation.schemas import Difference
 from afferents.files import Place, write_json
-from afferents.folds.held_out import SPEED
+from afferents.folds.held_out import SPEED, key_of
 from afferents.models.fit_solved import named_when_left_out
 from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
@@ -38,7 +40,6 @@ from afferents.reporting.explain import Explanation
 from afferents.reporting.labels import texture_labels
 from afferents.reporting.style import BLUE, GREY, ORANGE, SKY, new_figure, save_figure, styled
 from afferents.reporting.tables import make_table
-from afferents.store.recording import natural_order
 from afferents.store.responses import (
     Responses,
     named_by_spacing,
@@ -75,6 +76,16 @@ class Shares(NamedTuple):
     def shear(self) -> float:
         """Share of the global shear in it, 0 to 1; NaN where nothing varies."""
         return (self.shift + self.gradients) / self.total if self.total > 0 else float("nan")
+
+    @property
+    def percents(self) -> tuple[float, ...]:
+        """What each part has of the variance, percent."""
+        return tuple(100 * part / self.total for part in self)
+
+    @property
+    def rms(self) -> float:
+        """Root of the variance, px."""
+        return math.sqrt(self.total)
 
 
 class Moving(NamedTuple):
@@ -150,81 +161,60 @@ def _between(means: Mapping[tuple[str, float], Floats], which: int, basis: Float
 _PARTS = (("mean displacement", BLUE), ("its gradients", SKY), ("the rest", ORANGE))
 
 
-@dataclass(frozen=True)
-class ShearFigure:
-    """What is shown.
+class Recognised(NamedTuple):
+    """How well texture is recognised from something: mean and 95% interval, 0 to 1."""
 
-    Attributes
-    ----------
-    shares
-        Of the variance between textures, between speeds, over time, percent: mean displacement,
-        gradients (together the global shear), and the rest.
-    rms_px
-        Root of each variance.
-    accuracies
-        Mean, and the ends of its 95% interval, 0 to 1, by what texture was asked of.
-    chance
-        0 to 1.
-    drag_px
-        Mean displacement by (texture, speed).
-    source
-        The line that says of what.
-    """
-
-    shares: Mapping[str, tuple[float, ...]]
-    rms_px: Mapping[str, float]
-    accuracies: Mapping[str, tuple[float, float, float]]
-    chance: float
-    drag_px: xr.DataArray
-    source: str
+    mean: float
+    low: float
+    high: float
 
 
 @styled
-def shear_figure(shown: ShearFigure) -> Figure:
-    """Draw shares of variance, accuracies, and how far each texture drags the skin."""
+def shear_figure(
+    shares: Mapping[str, Shares],
+    accuracies: Mapping[str, Recognised],
+    drag_px: pd.DataFrame,
+    labels: Collection[str],
+    source: str,
+) -> Figure:
+    """Draw shares of variance, accuracies, and how far each texture drags the skin.
+
+    Parameters
+    ----------
+    shares
+        Of the variance between textures, between speeds, over time.
+    accuracies
+        By what texture was asked of.
+    drag_px
+        Mean displacement by texture (rows) and speed.
+    labels
+        Of textures.
+    source
+        The line that says of what.
+    """
     title = "Global shear, and the images without it"
-    figure = new_figure(10.5, 3.2, title, shown.source)
-    shares, accuracies, drag = figure.subplots(1, 3, width_ratios=(1, 1, 1.15))
-    _draw_shares(shares, shown)
-    _draw_accuracies(accuracies, shown)
-    _draw_drag(drag, figure, shown.drag_px)
+    figure = new_figure(10.5, 3.2, title, source)
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.15))
+    _draw_shares(left, shares)
+    _draw_accuracies(middle, accuracies, 1 / len(drag_px))
+    drawn = right.imshow(drag_px, cmap="cividis", aspect="auto", interpolation="nearest")
+    right.set_xticks(range(drag_px.shape[1]), [f"{speed:g}" for speed in drag_px])
+    right.set_yticks(range(len(labels)), labels)
+    right.set_ylabel("texture")
+    right.set_xlabel("speed (mm/s)")
+    right.set_title("how far the skin is dragged", loc="left")
+    figure.colorbar(drawn, ax=right, label="mean displacement (px)")
     return figure
 
 
-def shear_tables(shown: ShearFigure) -> Iterator[pd.DataFrame]:
-    """Return the shares of variance, and the accuracies, as tables."""
-    yield make_table(
-        "Global shear in the variance of the markers' displacement",
-        "Root of the mean variance of a marker, and percent of the variance.",
-        ("Variance", "rms (px)", "Mean displacement", "Its gradients", "The rest"),
-        (
-            (name, f"{shown.rms_px[name]:.2f}", *(f"{share:.1f}" for share in shares))
-            for name, shares in shown.shares.items()
-        ),
-    )
-    rows = [
-        (title, f"{100 * mean:.1f} [{100 * low:.1f}, {100 * high:.1f}]")
-        for title, (mean, low, high) in shown.accuracies.items()
-    ]
-    yield make_table(
-        "Texture at held-out speeds",
-        "Percent of samples of ten frames, mean over held-out speeds, with 95% interval over "
-        f"recordings in brackets. A linear discriminant, nested. {shown.source}.",
-        ("Recognised from", "Accuracy"),
-        (*rows, ("chance", f"{100 * shown.chance:.1f}")),
-    )
-
-
-def _draw_shares(axes: Axes, shown: ShearFigure) -> None:
-    names = list(shown.shares)
-    left = np.zeros(len(names))
-    for number, (title, colour) in enumerate(_PARTS):
-        width = np.array([shown.shares[name][number] for name in names])
-        axes.barh(names, width, left=left, color=colour, height=0.6, label=title)
+def _draw_shares(axes: Axes, shares: Mapping[str, Shares]) -> None:
+    percents = np.array([found.percents for found in shares.values()])
+    left = np.zeros(len(shares))
+    for (title, colour), width in zip(_PARTS, percents.T, strict=True):
+        axes.barh(list(shares), width, left=left, color=colour, height=0.6, label=title)
         left += width
-    axes.set_yticks(
-        range(len(names)), [f"{name}\n(rms {shown.rms_px[name]:.2f} px)" for name in names]
-    )
+    names = [f"{name}\n(rms {found.rms:.2f} px)" for name, found in shares.items()]
+    axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlim(0, 100)
     axes.set_xlabel("share of the variance (%)")
@@ -232,29 +222,44 @@ def _draw_shares(axes: Axes, shown: ShearFigure) -> None:
                 columnspacing=0.8, handlelength=1)  # fmt: skip
 
 
-def _draw_accuracies(axes: Axes, shown: ShearFigure) -> None:
-    titles = list(shown.accuracies)
-    mean, low, high = 100 * np.array(list(shown.accuracies.values())).T
+def _draw_accuracies(axes: Axes, accuracies: Mapping[str, Recognised], chance: float) -> None:
+    titles = list(accuracies)
+    mean, low, high = 100 * np.array(list(accuracies.values())).T
     error = np.maximum([mean - low, high - mean], 0)
     colours = [SKY if title.startswith("...") else BLUE for title in titles]
     axes.barh(titles, mean, xerr=error, color=colours, height=0.6, error_kw={"lw": 0.8})
-    axes.axvline(100 * shown.chance, color=GREY, lw=0.8, ls=(0, (4, 3)))
+    axes.axvline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)))
     axes.set_title("recognised from (dashed: chance)", loc="left")
     axes.invert_yaxis()
     axes.set_xlim(0, 103)
     axes.set_xlabel("accuracy at held-out speeds (%)")
 
 
-def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
-    textures = [str(texture) for texture in drag_px[dims.TEXTURE].values]
-    speeds, by_spacing = drag_px[dims.SPEED].values, bool(drag_px.attrs.get(dims.NAMED_BY_SPACING))
-    drawn = axes.imshow(drag_px.values, cmap="cividis", aspect="auto", interpolation="nearest")
-    axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
-    axes.set_yticks(range(len(textures)), texture_labels(textures, by_spacing).values())
-    axes.set_ylabel("texture")
-    axes.set_xlabel("speed (mm/s)")
-    axes.set_title("how far the skin is dragged", loc="left")
-    figure.colorbar(drawn, ax=axes, label="mean displacement (px)")
+def shear_tables(
+    shares: Mapping[str, Shares], accuracies: Mapping[str, Recognised], chance: float, source: str
+) -> list[pd.DataFrame]:
+    """Return the shares of variance, and the accuracies, as tables."""
+    of_variance = make_table(
+        "Global shear in the variance of the markers' displacement",
+        "Root of the mean variance of a marker, and percent of the variance.",
+        ("Variance", "rms (px)", "Mean displacement", "Its gradients", "The rest"),
+        (
+            (name, f"{found.rms:.2f}", *(f"{share:.1f}" for share in found.percents))
+            for name, found in shares.items()
+        ),
+    )
+    rows = [
+        (title, f"{100 * mean:.1f} [{100 * low:.1f}, {100 * high:.1f}]")
+        for title, (mean, low, high) in accuracies.items()
+    ]
+    of_textures = make_table(
+        "Texture at held-out speeds",
+        "Percent of samples of ten frames, mean over held-out speeds, with 95% interval over "
+        f"recordings in brackets. A linear discriminant, nested. {source}.",
+        ("Recognised from", "Accuracy"),
+        (*rows, ("chance", f"{100 * chance:.1f}")),
+    )
+    return [of_variance, of_textures]
 
 
 # Whether texture is in the global shear, or in the images without it: `explain --shear`.
@@ -304,13 +309,6 @@ class Felt:
     drag_px: float
 
 
-class Named(NamedTuple):
-    """What came out of one of `ASKED`: its accuracy, and what it took each sample for."""
-
-    accuracy: Accuracy
-    by_speed: dict[str, float]
-
-
 def explain_shear_of(data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
     """Say how much of the images is global shear, and how texture is recognised without it.
 
@@ -334,16 +332,23 @@ def explain_shear_of(data: OpenedData, out: Path, cut: Cut, progress: Progress) 
         _felt(responses, asked, basis, cut, where)
         for responses in progress.track(recordings, "shear", len(recordings))
     ]
-    shares = variance_shares(_by_texture_and_speed(recordings, [one.moved for one in felt]), basis)
+    table = pd.DataFrame({
+        "texture": [str(r.attrs[dims.TEXTURE]) for r in recordings],
+        "speed": [float(r.attrs[dims.SPEED]) for r in recordings],
+        "drag_px": [one.drag_px for one in felt],
+        "moved": [one.moved for one in felt],
+    })  # fmt: skip
+    moved: dict[Any, list[Moving]] = (
+        table.groupby(["texture", "speed"])["moved"].agg(list).to_dict()
+    )
+    drag_px = table.pivot_table("drag_px", "texture", "speed").loc[textures_of(recordings)]
     with progress.task("learning", 1) as mark:
-        named = _named([one.samples for one in felt])
+        predictions = _predictions([one.samples for one in felt])
         mark(1)
-    drag = _drag(recordings, [one.drag_px for one in felt])
-    return _written(data, out, shares, named, drag)
+    return _written(data, out, variance_shares(moved, basis), predictions, drag_px)
 
 
 def _require_enough(recordings: Sequence[Responses], where: str) -> None:
-    """Refuse data that can't be asked."""
     for responses in recordings:
         name = responses.attrs["name"]
         if not {dims.POSITION, dims.REST_POSITION} <= set(responses.variables):
@@ -401,18 +406,7 @@ def _some(response: xr.DataArray, source: Source, kept: slice) -> Samples:
     return xr.DataArray(some.values.reshape(n, -1), coords, (dims.SAMPLE, dims.FEATURE))
 
 
-def _by_texture_and_speed(
-    recordings: Sequence[Responses], found: Sequence[Any]
-) -> dict[tuple[str, float], list[Any]]:
-    """Return what was found of recordings by their texture and speed."""
-    by: dict[tuple[str, float], list[Any]] = {}
-    for responses, one in zip(recordings, found, strict=True):
-        key = (str(responses.attrs[dims.TEXTURE]), float(responses.attrs[dims.SPEED]))
-        by.setdefault(key, []).append(one)
-    return by
-
-
-def _named(felt: Sequence[Mapping[str, Samples]]) -> dict[str, Named]:
+def _predictions(felt: Sequence[Mapping[str, Samples]]) -> dict[str, pd.DataFrame]:
     """Return what textures are taken for, each speed held out in turn, by what is asked."""
     samples = {name: concatenate([one[name] for one in felt]) for name in felt[0]}
     stops = np.cumsum([0, *(part.shape[1] for part in samples.values())])
@@ -431,77 +425,68 @@ def _named(felt: Sequence[Mapping[str, Samples]]) -> dict[str, Named]:
     )
     given = {SPEED.column: speeds, dims.RECORDING: labelled[dims.RECORDING].values}
     return {
-        title: _outcome(pd.DataFrame({**given, "true_texture": labels, "predicted_texture": one}))
+        title: pd.DataFrame({**given, "true_texture": labels, "predicted_texture": one})
         for title, one in zip(asked, found, strict=True)
     }
 
 
-def _outcome(table: pd.DataFrame) -> Named:
-    right = (table["true_texture"] == table["predicted_texture"]).groupby(table[SPEED.column])
-    return Named(Accuracy(table), {f"{v:g}": float(share) for v, share in right.mean().items()})
-
-
-def _drag(recordings: Sequence[Responses], drag_px: Sequence[float]) -> xr.DataArray:
-    """Return how far each texture drags the skin, (texture, speed), px; NaN where not recorded."""
-    found = {k: np.mean(v) for k, v in _by_texture_and_speed(recordings, drag_px).items()}
-    textures = sorted({texture for texture, _ in found}, key=natural_order)
-    speeds = speeds_of(recordings)
-    values = [[found.get((texture, v), np.nan) for v in speeds] for texture in textures]
-    return xr.DataArray(values, {dims.TEXTURE: textures, dims.SPEED: speeds})
-
-
 def _written(
-    data: OpenedData, out: Path, shares: dict[str, Shares], named: dict[str, Named],
-    drag: xr.DataArray,
+    data: OpenedData, out: Path, shares: dict[str, Shares], predictions: dict[str, pd.DataFrame],
+    drag_px: pd.DataFrame,
 ) -> Explanation:  # fmt: skip
     """Draw the picture, write the numbers, and say what they mean."""
-    drag = drag.assign_attrs(named_by_spacing(data.responses))
-    chance = 1 / drag.sizes[dims.TEXTURE]
-    intervals = {title: bootstrap_interval(one.accuracy) for title, one in named.items()}
+    chance = 1 / len(drag_px)
+    of = {title: Accuracy(table) for title, table in predictions.items()}
     accuracies = {
-        title: (one.accuracy.mean(), intervals[title].low, intervals[title].high)
-        for title, one in named.items()
+        title: Recognised(one.mean(), *bootstrap_interval(one)) for title, one in of.items()
     }
     losses = {
-        title: paired_difference(named[BOTH].accuracy, named[other].accuracy)
+        title: paired_difference(of[BOTH], of[other])
         for title, other in (("without the shear", WITHOUT), ("with the shear alone", SHEAR))
     }
-    n = len(data.responses)
+    n, (n_textures, n_speeds) = len(data.responses), drag_px.shape
     kind = "simulated " if data.origin.simulated else ""
     source = (
-        f"{kind}{data.origin.data_set.path.name}: {n} recordings, {drag.sizes[dims.TEXTURE]} "
-        f"textures, {drag.sizes[dims.SPEED]} speeds, each held out in turn"
+        f"{kind}{data.origin.data_set.path.name}: {n} recordings, {n_textures} textures, "
+        f"{n_speeds} speeds, each held out in turn"
     )
-    shown = ShearFigure(
-        {name: tuple(100 * np.array(found) / found.total) for name, found in shares.items()},
-        {name: found.total**0.5 for name, found in shares.items()},
-        accuracies, chance, drag, source,
-    )  # fmt: skip
-    picture = save_figure(shear_figure(shown), out / "shear.png")
+    named = texture_labels(list(drag_px.index), bool(named_by_spacing(data.responses)))
+    figure = shear_figure(shares, accuracies, drag_px, named.values(), source)
+    picture = save_figure(figure, out / "shear.png")
     facts = {
         "data": data.origin.model_dump(),
         "chance": chance,
         "variances_px2": {name: found._asdict() for name, found in shares.items()},
         "accuracy": {
-            title: {"mean": mean, "ci95": [low, high], "by_speed": named[title].by_speed}
+            title: {
+                "mean": mean,
+                "ci95": [low, high],
+                "by_speed": {
+                    key_of(v): share for v, share in accuracy_by_group(predictions[title]).items()
+                },
+            }
             for title, (mean, low, high) in accuracies.items()
         },
         "lost": {title: found.content() for title, found in losses.items()},
-        "drag_px": {str(one[dims.TEXTURE].item()): one.values.tolist() for one in drag},
-        "speeds_mm_s": drag[dims.SPEED].values.tolist(),
+        "drag_px": {
+            texture: [None if np.isnan(px) else px for px in row.tolist()]
+            for texture, row in drag_px.iterrows()
+        },
+        "speeds_mm_s": drag_px.columns.tolist(),
     }
     write_json(out / FACTS, facts)
-    between = shares["between textures"].shear
+    between, over_time = (100 * shares[name].shear for name in ("between textures", "over time"))
     sentences = [
-        f"Of what differs between textures in the images, {100 * between:.0f}% of the variance is "
-        f"global shear; over time, {100 * shares['over time'].shear:.0f}%.",
+        f"Of what differs between textures in the images, {between:.0f}% of the variance is "
+        f"global shear; over time, {over_time:.0f}%.",
         meaning(accuracies, chance, *losses.values()),
     ]
-    return Explanation(sentences, [picture], facts, list(shear_tables(shown)))
+    tables = shear_tables(shares, accuracies, chance, source)
+    return Explanation(sentences, [picture], facts, tables)
 
 
 def meaning(
-    accuracies: Mapping[str, tuple[float, float, float]],
+    accuracies: Mapping[str, Recognised],
     chance: float,
     without_shear: Difference,
     shear_alone: Difference,
@@ -511,11 +496,11 @@ def meaning(
     Parameters
     ----------
     accuracies
-        Mean, and the ends of its interval, of what is asked.
+        By what is asked.
     without_shear, shear_alone
         How much more accurate both together are than the images without shear, and than the shear.
     """
-    if all(accuracies[title][1] <= chance for title in (SHEAR, WITHOUT, BOTH)):
+    if all(accuracies[title].low <= chance for title in (SHEAR, WITHOUT, BOTH)):
         return (
             "Texture is not recognised better than by chance here, with the global shear or "
             "without it."

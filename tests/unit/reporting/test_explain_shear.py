@@ -10,7 +10,7 @@ import afferents
 from afferents.evaluation.data import open_data
 from afferents.evaluation.schemas import Difference
 from afferents.progress import Progress
-from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, explain_shear_of, meaning
+from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, Recognised, explain_shear_of, meaning
 
 
 def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, does):
@@ -32,10 +32,11 @@ def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, d
 
 def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
     (data,) = open_data([str(stores["video"])])
-    placeless = tuple(r.drop_vars(["row", "column"]) for r in data.responses)
+    placeless = tuple(r.drop_vars(["row", "column"]) for r in data.responses[1:])
     quiet = Progress(quiet=True)
     found = explain_shear_of(replace(data, responses=placeless), tmp_path / "shear", "all", quiet)
     assert list(found.facts["accuracy"]) == [SHEAR, WITHOUT, BOTH]
+    assert found.facts["drag_px"]["1"][0] is None  # which was not recorded
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_the_models_of_shear_have_their_folds(stores, tmp_path, does):
     assert found["fusion-shear"]["mean_accuracy"] > 0.6
 
 
-TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), (0.5, 0.4, 0.6))
+TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), Recognised(0.5, 0.4, 0.6))
 MORE = Difference(difference=0.2, ci95=(0.1, 0.3))
 SAME = Difference(difference=0.0, ci95=(-0.1, 0.1))
 
@@ -78,7 +79,12 @@ SAME = Difference(difference=0.0, ci95=(-0.1, 0.1))
 @pytest.mark.parametrize(
     ("accuracies", "without_shear", "shear_alone", "said"),
     [
-        (dict.fromkeys(TOLD, (0.1, 0.0, 0.2)), SAME, SAME, "not recognised better than by chance"),
+        (
+            dict.fromkeys(TOLD, Recognised(0.1, 0.0, 0.2)),
+            SAME,
+            SAME,
+            "not recognised better than by chance",
+        ),
         (TOLD, MORE, MORE, "20.0 points are lost without the global shear, 20.0 without the rest"),
         (TOLD, MORE, SAME, "The global shear carries the texture"),
         (TOLD, SAME, MORE, "The images carry the texture without the global shear"),
