@@ -12,7 +12,6 @@ samples they did hold is in the results, of both kinds.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,9 +26,9 @@ from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.evaluation.metrics import inside_speeds
 from afferents.evaluation.schemas import RoughnessOutcome
+from afferents.evaluation.unknown import ConditionSums
 from afferents.models.fit_solved import new_solved
 from afferents.models.model import Model
-from afferents.models.solved import Gram, sum_of
 from afferents.progress import Progress
 from afferents.store.recording import spacing_mm
 
@@ -40,7 +39,6 @@ PENALTY = 0.01
 LEAST_TEXTURES = 4
 """With bumps: one is left out, another inside, and two span a range."""
 
-Indices = NDArray[np.int64]
 Condition = tuple[float, float]
 """Spacing, mm, and speed, mm/s."""
 
@@ -61,7 +59,11 @@ def ask_mm(model: Model, samples: Samples, encoding: Encoding, progress: Progres
     """
     spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
     bumpy = samples.isel({dims.SAMPLE: np.flatnonzero(spacing > 0)})
-    return _ask(model, ConditionSums.of(bumpy, _values(model, bumpy, encoding)), bumpy, progress)
+    # Flat, or over cycles per mm where the speed is known.
+    speed = torch.from_numpy(bumpy[dims.SPEED].values)
+    solved = new_solved(model, bumpy, encoding)
+    values = solved.over_texture(torch.from_numpy(bumpy.values), speed)
+    return _ask(model, sums_of(bumpy, values), bumpy, progress)
 
 
 def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
@@ -75,72 +77,48 @@ def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True)
-class ConditionSums:
-    """What least squares needs of the samples, condition by condition: sums that add up."""
+def sums_of(samples: Samples, values: Tensor) -> ConditionSums:
+    """Gather samples (n, ...) by spacing and speed, each condition of the same weight."""
+    spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
+    speed = samples[dims.SPEED].values
+    _, number, count = np.unique(
+        np.stack([spacing, speed]), axis=1, return_inverse=True, return_counts=True
+    )
+    targets, weight = torch.from_numpy(spacing)[:, None], torch.from_numpy(1 / count[number])
+    sums = ConditionSums(values, spacing, speed, targets, weight)
+    n_spacings, n_speeds = len(sums.there(0)), len(sums.there(1))
+    if n_spacings < LEAST_TEXTURES or n_speeds < 3:
+        raise InputError(
+            f"the data: expected at least {LEAST_TEXTURES} textures with bumps and 3 speeds to "
+            f"ask for mm, found {n_spacings} and {n_speeds}"
+        )
+    return sums
 
-    values: Tensor
-    of_condition: dict[Condition, Indices]
-    grams: dict[Condition, Gram]
-    all: Gram
 
-    @classmethod
-    def of(cls, samples: Samples, values: Tensor) -> "ConditionSums":
-        """Gather samples (n, ...) by spacing and speed."""
-        spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
-        speed = samples[dims.SPEED].values
-        conditions = sorted({(float(x), float(v)) for x, v in zip(spacing, speed, strict=True)})
-        _require_enough(conditions)
-        where = {c: np.flatnonzero((spacing == c[0]) & (speed == c[1])) for c in conditions}
-        grams = {}
-        for condition, index in where.items():
-            gram = grams[condition] = Gram(values.shape[1], 1)
-            n = len(index)
-            target, weight = torch.full((n, 1), condition[0]), torch.full((n,), 1 / n)
-            gram.add(values[torch.from_numpy(index)], target, weight)
-        return cls(values, where, grams, sum_of(list(grams.values())))
-
-    @property
-    def spacings(self) -> list[float]:
-        """Spacings, ascending, mm."""
-        return sorted({spacing for spacing, _ in self.of_condition})
-
-    @property
-    def speeds(self) -> list[float]:
-        """Speeds, ascending, mm/s."""
-        return sorted({speed for _, speed in self.of_condition})
-
-    def predict(
-        self, asked: Collection[Condition], spacings: Collection[float], speeds: Collection[float]
-    ) -> dict[Condition, NDArray[np.float64]]:
-        """Return spacings in mm of the samples of some conditions, learnt without these others.
-
-        Parameters
-        ----------
-        spacings, speeds
-            Textures and speeds of which nothing is learnt.
-        """
-        left_out = [c for c in self.grams if c[0] in spacings or c[1] in speeds]
-        learnt = self.all - sum_of([self.grams[c] for c in left_out])
-        n_learnt = len(self.grams) - len(left_out)
-        weight, constant = learnt.solve(PENALTY * n_learnt)
-        return {
-            c: (self.values[torch.from_numpy(self.of_condition[c])] @ weight + constant)[:, 0]
-            .double()
-            .numpy()
-            for c in asked
-        }
+def _predict(
+    sums: ConditionSums,
+    asked: Collection[Condition],
+    spacings: Collection[float],
+    speeds: Collection[float],
+) -> dict[Condition, NDArray[np.float64]]:
+    """Return spacings in mm of the samples of some conditions, learnt without these others."""
+    n_learnt = sum(c[0] not in spacings and c[1] not in speeds for c in sums.where)
+    weight, constant = sums.without(spacings, speeds).solve(PENALTY * n_learnt)
+    return {
+        c: (sums.values[torch.from_numpy(sums.where[c])] @ weight + constant)[:, 0].double().numpy()
+        for c in asked
+    }
 
 
 def _ask(model: Model, sums: ConditionSums, samples: Samples, progress: Progress) -> pd.DataFrame:
     """Ask for the spacing of everything, at each speed in turn, seen and unseen."""
     rows = []
-    speeds = sums.speeds
+    speeds = sums.there(1)
     with progress.task(model.title, len(speeds)) as mark:
         for done, speed in enumerate(speeds, start=1):
             rows.append(_seen(sums, samples, speed))
-            rows += [_unseen(sums, samples, x, speed) for x in sums.spacings
-                     if (x, speed) in sums.of_condition]  # fmt: skip
+            rows += [_unseen(sums, samples, x, speed) for x in sums.there(0)
+                     if (x, speed) in sums.where]  # fmt: skip
             mark(done, f"{speed:g} mm/s held out")
     return pd.concat(rows, ignore_index=True).assign(model=model.name)
 
@@ -150,13 +128,13 @@ def _seen(sums: ConditionSums, samples: Samples, speed: float) -> pd.DataFrame:
 
     Errors at the other speeds, each left out as well in its turn, give the interval.
     """
-    at = [c for c in sums.of_condition if c[1] == speed]
+    at = [c for c in sums.where if c[1] == speed]
     errors = []
-    for other in sums.speeds:
+    for other in sums.there(1):
         if other != speed:
-            there = [c for c in sums.of_condition if c[1] == other]
-            errors += _errors(sums.predict(there, (), (speed, other)))
-    return _rows("seen", sums, samples, sums.predict(at, (), (speed,)), errors)
+            there = [c for c in sums.where if c[1] == other]
+            errors += _errors(_predict(sums, there, (), (speed, other)))
+    return _rows("seen", sums, samples, _predict(sums, at, (), (speed,)), errors)
 
 
 def _unseen(sums: ConditionSums, samples: Samples, spacing: float, speed: float) -> pd.DataFrame:
@@ -165,12 +143,12 @@ def _unseen(sums: ConditionSums, samples: Samples, spacing: float, speed: float)
     For the interval, each other texture is left out as well, with one of the other speeds.
     """
     errors = []
-    others = [v for v in sums.speeds if v != speed]
-    for number, other in enumerate(x for x in sums.spacings if x != spacing):
+    others = [v for v in sums.there(1) if v != speed]
+    for number, other in enumerate(x for x in sums.there(0) if x != spacing):
         there = (other, others[number % len(others)])
-        if there in sums.of_condition:
-            errors += _errors(sums.predict([there], (spacing, other), (speed, there[1])))
-    predicted = sums.predict([(spacing, speed)], (spacing,), (speed,))
+        if there in sums.where:
+            errors += _errors(_predict(sums, [there], (spacing, other), (speed, there[1])))
+    predicted = _predict(sums, [(spacing, speed)], (spacing,), (speed,))
     return _rows("unseen", sums, samples, predicted, errors)
 
 
@@ -187,7 +165,7 @@ def _rows(
 ) -> pd.DataFrame:
     """Return a row a sample; half the width of its interval is that which held the errors."""
     half = float(np.quantile(np.concatenate(errors), COVERAGE))
-    index = np.concatenate([sums.of_condition[c] for c in predicted])
+    index = np.concatenate([sums.where[c] for c in predicted])
     return pd.DataFrame(
         {
             "kind": kind,
@@ -226,19 +204,3 @@ def _summary_of(rows: pd.DataFrame) -> RoughnessOutcome:
 def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
     """Return the mean over speeds of the mean error at each."""
     return float(error.groupby(speed).mean().mean())
-
-
-def _values(model: Model, samples: Samples, encoding: Encoding) -> Tensor:
-    """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is known."""
-    solved = new_solved(model, samples, encoding)
-    speed = torch.from_numpy(samples[dims.SPEED].values)
-    return solved.over_texture(torch.from_numpy(samples.values), speed)
-
-
-def _require_enough(conditions: Sequence[Condition]) -> None:
-    spacings, speeds = ({c[i] for c in conditions} for i in (0, 1))
-    if len(spacings) < LEAST_TEXTURES or len(speeds) < 3:
-        raise InputError(
-            f"the data: expected at least {LEAST_TEXTURES} textures with bumps and 3 speeds to "
-            f"ask for mm, found {len(spacings)} and {len(speeds)}"
-        )

@@ -188,53 +188,86 @@ def ask_unknown(
 def scores_without(model: Model, samples: Samples, encoding: Encoding) -> ScoresWithout:
     """Return what gives the scores of all samples, of models that have not learnt from some."""
     solved = new_solved(model, samples, encoding)
-    if solved.learns_from_sums:
-        return RidgeSums(samples).scores_without
-    return partial(_learnt_anew, solved, samples)
+    return ridges_of(samples) if solved.learns_from_sums else partial(_learnt_anew, solved, samples)
 
 
-class RidgeSums:
-    """Ridges that learn from some of the samples, in no more time than it takes to solve them.
+def ridges_of(samples: Samples) -> ScoresWithout:
+    """Return what gives scores of ridges, in no more time than it takes to solve them.
 
-    What they need of the samples adds up, texture by texture and speed by speed. Weights are given
-    once, over all samples, so that how many a condition has tells on the others' penalty, slightly.
+    Weights are given once, over all samples, so that how many a condition has tells on the others'
+    penalty, slightly.
+    """
+    labels, speed = labels_of(samples), samples[dims.SPEED].values
+    named = torch.from_numpy(labels)
+    targets = torch.nn.functional.one_hot(named)
+    weight = equal_weights(named, torch.from_numpy(speed))
+    sums = ConditionSums(torch.from_numpy(samples.values), labels, speed, targets, weight)
+
+    def scores_without(texture: int, speeds: Collection[float]) -> Tensor:
+        weight, constant = sums.without((texture,), speeds).solve_as_ridge()
+        return sums.values @ weight + constant
+
+    return scores_without
+
+
+class ConditionSums:
+    """What least squares needs of samples, texture by texture and speed by speed: it adds up.
 
     Parameters
     ----------
-    samples
-        Of all textures and speeds.
+    values
+        (n, ...), kept flat.
+    texture, speed
+        Numbers of textures or their spacings, and mm/s, (n,).
+    targets, weight
+        (n, target) and (n,).
+
+    Attributes
+    ----------
+    where
+        The numbers of a condition's samples, by texture and speed, ascending.
     """
 
-    def __init__(self, samples: Samples) -> None:
+    def __init__(
+        self,
+        values: Tensor,
+        texture: NDArray[Any],
+        speed: Floats,
+        targets: Tensor,
+        weight: Tensor,
+    ) -> None:
         """Sum once."""
-        self._values = torch.from_numpy(samples.values).flatten(1)
-        labels, speed = labels_of(samples), samples[dims.SPEED].values
-        named = torch.from_numpy(labels)
-        weight = equal_weights(named, torch.from_numpy(speed))
-        targets = torch.nn.functional.one_hot(named)
-        self._of: dict[tuple[int, float], Gram] = {}
-        for texture, v in {(int(t), float(v)) for t, v in zip(labels, speed, strict=True)}:
-            there = torch.from_numpy((labels == texture) & (speed == v))
-            gram = self._of[texture, v] = Gram(self._values.shape[1], targets.shape[1])
-            gram.add(self._values[there], targets[there], weight[there])
+        self.values = values.flatten(1)
+        conditions = zip(texture.tolist(), speed.tolist(), strict=True)
+        self.where = {
+            (t, v): np.flatnonzero((texture == t) & (speed == v))
+            for t, v in sorted(set(conditions))
+        }
+        self._of: dict[tuple[float, float], Gram] = {}
+        for condition, index in self.where.items():
+            gram = self._of[condition] = Gram(self.values.shape[1], targets.shape[1])
+            there = torch.from_numpy(index)
+            gram.add(self.values[there], targets[there], weight[there])
         self._all = sum_of(list(self._of.values()))
-        self._of_texture = self._sums(lambda texture, _: texture)
-        self._of_speed = self._sums(lambda _, v: v)
+        self._of_texture, self._of_speed = (
+            {k: sum_of([g for c, g in self._of.items() if c[i] == k]) for k in self.there(i)}
+            for i in (0, 1)
+        )
 
-    def scores_without(self, texture: int, speeds: Collection[float]) -> Tensor:
-        """Return scores of all samples (n, texture), learnt without a texture and some speeds."""
-        learnt = self._all - self._of_texture[texture]
+    def there(self, which: int) -> list[float]:
+        """Return the textures (0) or the speeds (1), ascending."""
+        return sorted({condition[which] for condition in self.where})
+
+    def without(self, textures: Collection[float], speeds: Collection[float]) -> Gram:
+        """Return what is needed of the samples of no such texture, and at no such speed."""
+        learnt = self._all
+        for texture in textures:
+            learnt = learnt - self._of_texture[texture]
         for v in speeds:
             learnt = learnt - self._of_speed[v]
-            if (texture, v) in self._of:
-                learnt = learnt + self._of[texture, v]  # had been taken away twice
-        weight, constant = learnt.solve_as_ridge()
-        scores: Tensor = self._values @ weight + constant
-        return scores
-
-    def _sums(self, key: Callable[[int, float], float]) -> dict[float, Gram]:
-        keys = {key(*condition) for condition in self._of}
-        return {k: sum_of([g for c, g in self._of.items() if key(*c) == k]) for k in keys}
+            for condition in self._of.keys() & {(texture, v) for texture in textures}:
+                learnt = learnt + self._of[condition]  # had been taken away twice
+        return learnt
 
 
 def _learnt_anew(

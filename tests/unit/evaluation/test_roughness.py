@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from afferents.encodings.samples import concatenate, make_samples
-from afferents.evaluation.roughness import COVERAGE, ConditionSums, _ask, _summary_of, can_ask_mm
+from afferents.evaluation.roughness import COVERAGE, _ask, _summary_of, can_ask_mm, sums_of
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
@@ -34,8 +34,8 @@ def samples(spacings=SPACINGS, speeds=SPEEDS, n=30, noise=0.2, seed=0):
 
 
 def asked(data):
-    felt = ConditionSums.of(data, torch.from_numpy(data.values))
-    return _ask(MODELS["sa-wave"], felt, data, Progress(quiet=True))
+    sums = sums_of(data, torch.from_numpy(data.values))
+    return _ask(MODELS["sa-wave"], sums, data, Progress(quiet=True))
 
 
 def test_textures_never_felt_lie_between_those_that_were():

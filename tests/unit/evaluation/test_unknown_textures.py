@@ -9,7 +9,7 @@ import pytest
 
 from afferents.encodings.samples import concatenate, make_samples
 from afferents.encodings.wavenumbers import WavenumberEncoding
-from afferents.evaluation.unknown import RidgeSums, ask_unknown, summarise_unknown
+from afferents.evaluation.unknown import ask_unknown, ridges_of, summarise_unknown
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
@@ -71,8 +71,8 @@ def test_a_ridge_without_a_texture_and_speeds_knows_nothing_of_them():
     data = samples(n=10)
     left = data.isel(sample=np.flatnonzero(data["texture"].values != "near"))
     kept = left.isel(sample=np.flatnonzero(~np.isin(left["speed_mm_s"].values, (20, 30))))
-    whole = RidgeSums(data).scores_without(0, (20.0, 30.0))  # `near` is the first by name
-    alone = RidgeSums(kept).scores_without(0, ())
+    whole = ridges_of(data)(0, (20.0, 30.0))  # `near` is the first by name
+    alone = ridges_of(kept)(0, ())
     assert whole.shape == (len(data), 7)
     assert not whole[:, 0].abs().max() > 1e-3
     assert alone.shape == (len(kept), 6)
