@@ -1,6 +1,7 @@
 """Refusing options that would do nothing for any of the models asked for."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from afferents import dims
@@ -9,8 +10,14 @@ from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, recordings_in
-from afferents.evaluation.encode import encode, sources_of
-from afferents.folds.corruption import Corruptions
+from afferents.evaluation.encode import (
+    encode,
+    require_for,
+    require_speeds_known,
+    require_used,
+    sources_of,
+)
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.config import Hyperparameters
@@ -21,63 +28,42 @@ from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
 from afferents.store.trimming import cut_audio
 
+NO_CORRUPTIONS, NO_HYPERPARAMETERS = Corruptions(), Hyperparameters()
+
 
 def require_options(
     models: Sequence[Model],
     encodings: Encodings,
-    corruptions: Corruptions,
-    hyperparameters: Hyperparameters,
+    recordings: Sequence[Responses],
+    corruptions: Corruptions = NO_CORRUPTIONS,
+    hyperparameters: Hyperparameters = NO_HYPERPARAMETERS,
     penalty: Penalty = "fixed",
 ) -> None:
-    """Refuse what would do nothing, or tell a model what it must not know.
+    """Refuse what would do nothing for any of the models, or tell one what it must not know.
 
     Raises
     ------
     InputError
         Naming the option.
     """
-    require_corrupted(models, encodings, corruptions)
-    require_searched(models, penalty)
-    check_speed_leak(models, encodings)
-    require_trained_so(models, encodings, hyperparameters)
-
-
-def require_corrupted(
-    models: Sequence[Model], encodings: Encodings, corruptions: Corruptions
-) -> None:
-    """Refuse corruptions that none of the models asked for would notice.
-
-    Raises
-    ------
-    InputError
-        Naming the option.
-    """
-    sources = [source for model in models for source in sources_of(model, encodings)]
-    hears = any(source.encoding.of_vibration for source in sources)
-    sees = any(not source.encoding.of_vibration for source in sources)
-    options = [("--disturb", one) for one in corruptions.tests]
-    for option, one in [*options, ("--disturb-training", corruptions.training)]:
-        if one and not ((one.sound and hears) or (one.of_markers and sees)):
-            names = ", ".join(model.name for model in models)
-            raise InputError(
-                f"{option}: expected models that notice {one}, found {names}; leave it out"
-            )
-
-
-def require_searched(models: Sequence[Model], penalty: Penalty) -> None:
-    """Refuse to choose penalties where no model has one to choose.
-
-    Raises
-    ------
-    InputError
-        Naming the models.
-    """
-    if penalty == "searched" and not any(_has_penalty(model) for model in models):
-        able = ", ".join(name for name, model in MODELS.items() if _has_penalty(model))
-        names = ", ".join(model.name for model in models)
-        raise InputError(
-            f"--penalty: expected models that have one ({able}), found {names}; leave it out"
+    require_used(models, encodings)
+    asked = [("--disturb", one) for one in corruptions.tests]
+    for option, one in [*asked, ("--disturb-training", corruptions.training)]:
+        if one:
+            require_for(f"{option} {one}", partial(_notices, one, encodings), models)
+    if penalty == "searched":
+        require_for("--penalty", _has_penalty, models)
+    if changed := hyperparameters.changed:
+        require_for(
+            f"--recipe for {', '.join(changed)}", partial(_learns_as, changed, encodings), models
         )
+    check_speed_leak(models, encodings)
+    require_speeds_known(models, encodings, recordings)
+
+
+def _notices(corruption: Corruption, encodings: Encodings, model: Model) -> bool:
+    hears = [source.encoding.of_vibration for source in sources_of(model, encodings)]
+    return bool(corruption.sound and any(hears)) or (corruption.of_markers and not all(hears))
 
 
 def _has_penalty(model: Model) -> bool:
@@ -87,27 +73,12 @@ def _has_penalty(model: Model) -> bool:
     return any(_has_penalty(MODELS[name]) for name in model.parts)
 
 
-def require_trained_so(
-    models: Sequence[Model], encodings: Encodings, hyperparameters: Hyperparameters
-) -> None:
-    """Refuse hyperparameters of networks that none of the models asked for is.
-
-    Raises
-    ------
-    InputError
-        Naming the models.
-    """
-    if not hyperparameters.changed:
-        return
-    parts = (p for model in models for p in ([model] if learns_in_a_loop(model) else _parts(model)))
-    learnt = [part for part in parts if learns_in_a_loop(part)]
-    used = {recipe_of(part, encodings.of(part.encoding)) for part in learnt}
-    if not used & set(hyperparameters.changed):
-        networks = ", ".join(hyperparameters.changed)
-        names = ", ".join(model.name for model in models)
-        raise InputError(
-            f"--recipe: expected models that learn as {networks}, found {names}; leave it out"
-        )
+def _learns_as(networks: Collection[str], encodings: Encodings, model: Model) -> bool:
+    parts = [model] if learns_in_a_loop(model) else _parts(model)
+    return any(
+        learns_in_a_loop(part) and recipe_of(part, encodings.of(part.encoding)) in networks
+        for part in parts
+    )
 
 
 def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:

@@ -1,6 +1,7 @@
 """From the responses of all recordings to the samples of one encoding."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import xarray as xr
@@ -106,28 +107,33 @@ def _needs(model: Model, lacking: Responses) -> str:
     return f"{' and '.join(channels)} in the form it needs"
 
 
-def require_used(models: Sequence[Model], encodings: Encodings) -> None:
-    """Refuse options of encodings that do nothing for any of the models asked for.
+def require_for(option: str, is_for: Callable[[Model], bool], models: Sequence[Model]) -> None:
+    """Refuse an option that does nothing for any of the models asked for.
 
     Raises
     ------
     InputError
         Naming the option, and the models that it is for.
     """
+    if not any(map(is_for, models)):
+        able = ", ".join(name for name, model in MODELS.items() if is_for(model))
+        names = ", ".join(model.name for model in models)
+        raise InputError(
+            f"{option}: expected models that it is for ({able}), found {names}; leave it out"
+        )
+
+
+def require_used(models: Sequence[Model], encodings: Encodings) -> None:
+    """Refuse options of encodings that do nothing for any of the models asked for."""
     every = options()
-
-    def has(model: Model, field: str) -> bool:
-        sources = sources_of(model, encodings)
-        return any(field in type(source.encoding).model_fields for source in sources)
-
     for field, _ in encodings.wanted:
-        if not any(has(model, field) for model in models):
-            able = ", ".join(name for name, model in MODELS.items() if has(model, field))
-            flag = every[field].flag if field in every else field
-            names = ", ".join(model.name for model in models)
-            raise InputError(
-                f"{flag}: expected models that it is for ({able}), found {names}; leave it out"
-            )
+        flag = every[field].flag if field in every else field
+        require_for(flag, partial(_has_field, field, encodings), models)
+
+
+def _has_field(field: str, encodings: Encodings, model: Model) -> bool:
+    sources = sources_of(model, encodings)
+    return any(field in type(source.encoding).model_fields for source in sources)
 
 
 def require_speeds_known(

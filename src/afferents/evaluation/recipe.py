@@ -15,7 +15,7 @@ from afferents.encodings.base import Encoding
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, Origin, recordings_in
-from afferents.evaluation.encode import sources_of
+from afferents.evaluation.encode import require_for, sources_of
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
@@ -24,7 +24,7 @@ from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
-from afferents.models.model import MODELS, Model, own_of
+from afferents.models.model import Model, own_of
 from afferents.plugins import import_extra
 from afferents.store.responses import Responses
 from afferents.store.trimming import with_steady
@@ -67,14 +67,8 @@ def by_length(models: Sequence[Model], lengths: Sequence[int], encodings: Encodi
     InputError
         If none is.
     """
-    found = [one for model in models for one in _variants(model, lengths, encodings)]
-    if found == list(models):
-        able = ", ".join(name for name, one in MODELS.items() if _encoding(one, encodings))
-        names = ", ".join(model.name for model in models)
-        raise InputError(
-            f"{FLAG}: expected models that it is for ({able}), found {names}; leave it out"
-        )
-    return found
+    require_for(FLAG, lambda model: _encoding(model, encodings) is not None, models)
+    return [one for model in models for one in _variants(model, lengths, encodings)]
 
 
 def _variants(model: Model, lengths: Sequence[int], encodings: Encodings) -> list[Model]:

@@ -17,13 +17,7 @@ from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.choice import require_options, require_trainable
 from afferents.evaluation.controls import ask_controls
 from afferents.evaluation.data import recordings_in
-from afferents.evaluation.encode import (
-    kept_part,
-    require_speeds_known,
-    require_support,
-    require_used,
-    sources_of,
-)
+from afferents.evaluation.encode import kept_part, require_support, sources_of
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
 from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
@@ -60,10 +54,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     left_out = [model.name for model in recipe.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
-    require_used(able, recipe.encodings)
     own = recipe.corruptions, options.recipe, options.penalty
-    require_options(able, recipe.encodings, *own)
-    require_speeds_known(able, recipe.encodings, everything)
+    require_options(able, recipe.encodings, everything, *own)
     recipe.split.groups_of(everything)
     if options.ablation.markers != 1:
         _require_images(able, recipe.encodings)

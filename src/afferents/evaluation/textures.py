@@ -13,13 +13,8 @@ import pandas as pd
 import torch
 
 from afferents.errors import InputError
-from afferents.evaluation.choice import check_speed_leak
-from afferents.evaluation.encode import (
-    encode_all,
-    require_speeds_known,
-    require_support,
-    sources_of,
-)
+from afferents.evaluation.choice import require_options
+from afferents.evaluation.encode import encode_all, require_support, sources_of
 from afferents.evaluation.intervals import SESSION, bootstrap_unit_of
 from afferents.evaluation.recipe import Evaluation
 from afferents.evaluation.results import ROUGHNESS, UNKNOWN
@@ -66,8 +61,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     torch.set_num_threads(1)
     recipe, everything = evaluation.recipe, evaluation.recordings
     require_support(recipe.models, everything, may_leave_out=False)
-    check_speed_leak(recipe.models, recipe.encodings)
-    require_speeds_known(recipe.models, recipe.encodings, everything)
+    require_options(recipe.models, recipe.encodings, everything)
     SPEED.groups_of(everything)
     skipped = skipped_recordings(evaluation, recipe.models, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]

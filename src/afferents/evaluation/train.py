@@ -106,10 +106,8 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
     recordings = with_steady(recordings_in(training.data), training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
-    require_used([training.model], training.encodings)
     corrupted = Corruptions(training=options.disturb_training)
-    require_options([training.model], training.encodings, corrupted, options.recipe)
-    require_speeds_known([training.model], training.encodings, recordings)
+    require_options([training.model], training.encodings, recordings, corrupted, options.recipe)
     options.by.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:

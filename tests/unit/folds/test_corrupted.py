@@ -142,8 +142,8 @@ def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--disturb", "sound=0.1"), "--disturb: expected models that notice sound=0.1"),
-        (("--disturb-training", "sound=1"), "--disturb-training: expected models that notice"),
+        (("--disturb", "sound=0.1"), "--disturb sound=0.1: expected models that it is for"),
+        (("--disturb-training", "sound=1"), "--disturb-training sound=1: expected models"),
         (("--split", "texture", "--disturb", "markers=1"), "--disturb: expected none with --split"),
     ],
 )

@@ -121,8 +121,8 @@ def test_a_recipe_for_no_model_is_refused(stores, tmp_path, fails):
     sentence = fails(
         "evaluate", stores["video"], "--out", tmp_path / "r", "--models", "sa-se", "--recipe", path
     )
-    assert "--recipe: expected models that learn as cnn-lstm, found sa-se" in sentence
-    with pytest.raises(InputError, match="--recipe: expected models that learn as cnn-lstm"):
+    assert "--recipe for cnn-lstm: expected models that it is for (sa-ste, ra-ste" in sentence
+    with pytest.raises(InputError, match="--recipe for cnn-lstm: expected models"):
         afferents.train(stores["video"], tmp_path / "m", "sa-wave", recipe=path, quiet=True)
 
 

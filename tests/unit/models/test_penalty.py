@@ -40,7 +40,7 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--models", "sa-se"), "--penalty: expected models that have one (ridge-te, order-te"),
+        (("--models", "sa-se"), "--penalty: expected models that it is for (ridge-te, order-te"),
         (("--models", "sa-wave", "--split", "texture"), "--penalty: expected none with --split"),
     ],
 )
