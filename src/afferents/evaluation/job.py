@@ -4,9 +4,8 @@ import pickle
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -42,8 +41,7 @@ from afferents.store.responses import Responses
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What a job leaves: one row a test sample, facts, leaks, and the content of a weights file."""
 
     key: FoldKey
@@ -61,7 +59,12 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
     if finished(recipe.out, key):
         return key
     with _naming(key), at_work(recipe.out, key):
-        keep(recipe, train_and_test(recipe, key, samples, checkpoint_of(recipe, key)))
+        # A training that was cut off is gone on with by this recipe alone.
+        checkpoint = Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
+        outcome = train_and_test(recipe, key, samples, checkpoint)
+        claim_results_folder(recipe.out, recipe.config)
+        save_fold(recipe.out, *outcome)
+        checkpoint.path.unlink(missing_ok=True)
     return key
 
 
@@ -78,25 +81,6 @@ def _unpacked(packed: bytes) -> Recipe:
     """Return one recipe for all jobs that it is sent with: what is read by it is read once."""
     recipe: Recipe = pickle.loads(packed)
     return recipe
-
-
-def checkpoint_of(recipe: Recipe, key: FoldKey) -> Checkpoint:
-    """Return where a training waits that was cut off, to be gone on with by this recipe alone."""
-    return Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
-
-
-def keep(recipe: Recipe, outcome: Outcome) -> None:
-    """Write an outcome to the results folder, whole or not at all; nothing of it waits any more."""
-    claim_results_folder(recipe.out, recipe.config)
-    save_fold(
-        recipe.out,
-        outcome.key,
-        outcome.table,
-        outcome.facts,
-        outcome.leaks,
-        outcome.weights,
-    )
-    outcome.key.checkpoint(recipe.out).unlink(missing_ok=True)
 
 
 def train_and_test(

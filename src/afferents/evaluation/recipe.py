@@ -19,6 +19,7 @@ from afferents.evaluation.encode import require_for, sources_of
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
+from afferents.evaluation.summary import data_quality
 from afferents.files import write_json
 from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, Corruptions
@@ -26,8 +27,9 @@ from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
 from afferents.models.model import Model, own_of
 from afferents.plugins import import_extra
-from afferents.store.responses import Responses
+from afferents.store.responses import Responses, named_by_spacing
 from afferents.store.trimming import with_steady
+from afferents.version import __version__
 
 FIELD, FLAG = "frames", "--frames"
 """Of encodings whose samples are runs of images: their length."""
@@ -288,3 +290,20 @@ class Evaluation:
     def recordings(self) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
         return self.recipe.recordings(self.data)
+
+    def about(self, recordings: Sequence[Responses]) -> dict[str, Any]:
+        """Return what every summary says of the whole; see `schemas.About`."""
+        recipe = self.recipe
+        return {
+            "schema": SCHEMA,
+            "afferents": __version__,
+            "data": [origin.model_dump() for origin in recipe.data],
+            "without": dict(recipe.options.without),
+            "options": self.words,
+            "cut": recipe.options.cut,
+            "preset": recipe.options.preset,
+            "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
+            **data_quality(recordings),
+            **named_by_spacing(recordings),
+            **recipe.choices,
+        }

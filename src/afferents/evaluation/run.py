@@ -24,7 +24,7 @@ from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
 from afferents.evaluation.results import CONFIG, SUMMARY, read_summary
 from afferents.evaluation.schemas import Accuracies, Summary
-from afferents.evaluation.summary import data_quality, summarise
+from afferents.evaluation.summary import summarise
 from afferents.files import remove_partials, write_json
 from afferents.folds.held_out import Group, Split, key_of
 from afferents.models.fitting import learns_in_a_loop
@@ -34,7 +34,6 @@ from afferents.parallel import on_cluster, side_by_side, workers_at
 from afferents.progress import Progress
 from afferents.store.responses import Responses, named_by_spacing, read_whole, textures_of
 from afferents.store.trimming import require_within
-from afferents.version import __version__
 
 
 def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
@@ -65,10 +64,10 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
     require_trainable(able, recordings, recipe.encodings, options.cut)
-    quality = data_quality(recordings)
     tested = options.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)
+    about = evaluation.about(recordings) | {"left_out": left_out}
     check_results_folder(recipe.out, recipe.config)
     with writing_alone(recipe.out, "evaluate"):
         check_results_folder(recipe.out, recipe.config)
@@ -83,8 +82,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         if options.control == "none":
             known = known or ask_controls(recipe, recordings, progress)
         if known:
-            quality["controls"] = known
-        return summarise_folder(evaluation, recordings, left_out, quality)
+            about["controls"] = known
+        return summarise_folder(evaluation, recordings, about)
 
 
 def _known_controls(results: Path, jobs: Sequence[FoldKey]) -> dict[str, Accuracies]:
@@ -283,10 +282,7 @@ def run_jobs(
 
 
 def summarise_folder(
-    evaluation: Evaluation,
-    recordings: Sequence[Responses],
-    left_out: Sequence[str],
-    quality: Mapping[str, Any],
+    evaluation: Evaluation, recordings: Sequence[Responses], about: Mapping[str, Any]
 ) -> Summary:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
@@ -294,28 +290,14 @@ def summarise_folder(
 
     Parameters
     ----------
-    quality
-        From `data_quality`.
+    about
+        From `Evaluation.about`, and what else is known.
     """
     recipe, groups = evaluation.recipe, held_out_groups(evaluation, recordings)
     textures = textures_of(recordings)
     keys = [key for key in finished_keys(recipe.out) if key.held_out in groups]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
-    about = {
-        "afferents": __version__,
-        "data": [origin.model_dump() for origin in recipe.data],
-        "without": dict(recipe.options.without),
-        "options": evaluation.words,
-        "cut": recipe.options.cut,
-        "preset": recipe.options.preset,
-        recipe.split.groups: groups,
-        "chance": 1 / len(textures),
-        "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
-        "left_out": list(left_out),
-        **quality,
-        **named_by_spacing(recordings),
-        **describe_custom_models(recipe.out),
-        **recipe.choices,
-    }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]
-    return summarise(recipe.out, complete, textures, about)
+    held_out = {recipe.split.groups: groups, "chance": 1 / len(textures)}
+    everything = {**about, **held_out, **describe_custom_models(recipe.out)}
+    return summarise(recipe.out, complete, textures, everything)

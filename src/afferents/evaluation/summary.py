@@ -30,7 +30,6 @@ from afferents.evaluation.metrics import (
 )
 from afferents.evaluation.results import PREDICTIONS, SUMMARY
 from afferents.evaluation.schemas import (
-    SCHEMA,
     Accepted,
     Accuracies,
     Comparison,
@@ -128,7 +127,6 @@ def summarise(
         everything.to_parquet(file, compression="zstd", index=False)
     units = {unit for accuracy in accuracies.values() for unit in accuracy.units}
     summary = Summary(
-        schema=SCHEMA,
         **about,
         textures=tuple(textures),
         intervals=Intervals(bootstrap_unit=bootstrap_unit, n=len(units)),

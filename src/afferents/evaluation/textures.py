@@ -6,6 +6,7 @@ the speed or the texture held out is seen before it is asked about.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +21,7 @@ from afferents.evaluation.recipe import Evaluation
 from afferents.evaluation.results import ROUGHNESS, UNKNOWN
 from afferents.evaluation.roughness import ask_mm, can_ask_mm, summarise_mm
 from afferents.evaluation.run import skipped_recordings
-from afferents.evaluation.schemas import (
-    SCHEMA,
-    About,
-    Intervals,
-    RoughnessSummary,
-    UnknownSummary,
-)
-from afferents.evaluation.summary import data_quality
+from afferents.evaluation.schemas import About, Intervals, RoughnessSummary, UnknownSummary
 from afferents.evaluation.unknown import ask_unknown, summarise_unknown
 from afferents.files import write_aside
 from afferents.folds.held_out import SPEED
@@ -36,7 +30,6 @@ from afferents.models.confidence import KNOWN
 from afferents.models.model import MODELS, Model
 from afferents.progress import Progress
 from afferents.store.responses import Responses, named_by_spacing, speeds_of, textures_of
-from afferents.version import __version__
 
 LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
 """One held out, and of speeds one to set the limit at; two textures to tell apart."""
@@ -76,7 +69,12 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if named_by_spacing(recordings) and can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
-    about = _about(evaluation, recordings, skipped) | {"textures": tuple(textures)}
+    evaluation = replace(evaluation, recipe=replace(recipe, skipped=skipped))
+    about = evaluation.about(recordings) | {
+        "preset": "none: solved at once",
+        "speeds_mm_s": speeds_of(recordings),
+        "textures": tuple(textures),
+    }
     if not mm:  # of an earlier run, which this one replaces
         for suffix in ("json", "parquet"):
             (recipe.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
@@ -84,26 +82,6 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
         name: _written(recipe.out, name, about, tables)
         for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
         if tables
-    }
-
-
-def _about(
-    evaluation: Evaluation, recordings: Sequence[Responses], skipped: dict[str, str]
-) -> dict[str, Any]:
-    """Return what the summaries say of the whole."""
-    return {
-        "schema": SCHEMA,
-        "afferents": __version__,
-        "data": [origin.model_dump() for origin in evaluation.recipe.data],
-        "without": dict(evaluation.options.without),
-        "options": evaluation.words,
-        "cut": evaluation.options.cut,
-        "preset": "none: solved at once",
-        "speeds_mm_s": speeds_of(recordings),
-        "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
-        **data_quality(recordings),
-        **named_by_spacing(recordings),
-        **evaluation.recipe.choices,
     }
 
 

@@ -19,7 +19,7 @@ SOURCE |= {"simulated": False}
 CONFIG = {"schema": 2, "data": [SOURCE], "without": {}, "skipped": [], "cut": "all"}
 CONFIG |= {"preset": "quick", "spectral": {}}
 ABOUT = {"afferents": "0", "data": [SOURCE], "cut": "all", "preset": "quick", "chance": 0.5}
-ABOUT |= {"speeds_mm_s": [10.0, 20.0, 30.0], "skipped": []}
+ABOUT |= {"schema": 2, "speeds_mm_s": [10.0, 20.0, 30.0], "skipped": []}
 EPOCHS = [
     {"accuracy": 0.5, "validation_accuracy": 0.4},
     {"accuracy": 0.9, "validation_accuracy": 0.6},

@@ -40,21 +40,21 @@ def test_samples_that_are_no_numbers(fails, stores, tmp_path, monkeypatch):
 
 def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
     """Done here, as a cluster's workers would do them."""
-    waits, kept = [], job.keep
+    waits, save_fold = [], job.save_fold
 
-    def keep(recipe, outcome):
-        waits.append(outcome.key.checkpoint(recipe.out).is_file())
-        kept(recipe, outcome)
-        waits.append(outcome.key.checkpoint(recipe.out).is_file())
+    def save(results, key, *outcome):
+        waits.append(key.checkpoint(results).is_file())
+        save_fold(results, key, *outcome)
 
     monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
-    monkeypatch.setattr(job, "keep", keep)
+    monkeypatch.setattr(job, "save_fold", save)
     monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
     monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
     asked = ("--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
     ended = run("evaluate", stores["audio"], *asked)
     assert ended[0] == 0, ended
-    assert waits == [True, False] * 4
+    assert waits == [True] * 4
+    assert not list((tmp_path / "results").rglob("*.checkpoint"))
 
 
 def test_a_store_that_changed_under_the_run_is_refused(fails, stores, tmp_path, monkeypatch):
