@@ -343,8 +343,7 @@ def _network_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
             title,
             "Layer by layer, read off the networks as they were built for these data: shape of "
             "what leaves a layer, and its parameters as Keras counts them (with the running means "
-            "and variances of batch normalisation). Boxes are the wider the more values leave "
-            "them, on a logarithmic scale. The softmax is part of the loss.",
-            "Diagram of " + " and ".join(one.title for one in networks) + ", a box for each layer.",
+            "and variances of batch normalisation). The softmax is part of the loss.",
+            "Layers of " + " and ".join(one.title for one in networks) + ", a line for each.",
             networks_figure(networks, title, source),
         )
