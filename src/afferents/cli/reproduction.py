@@ -38,9 +38,9 @@ def doctor(as_json: Json = False) -> None:
 
 def _list_discrepancies(wanted: bool) -> None:
     if wanted:
-        from afferents.reporting.discrepancies import discrepancies
+        from afferents.reporting.discrepancies import to_page
 
-        say(False, None, *discrepancies().whole())
+        say(False, None, to_page())
         raise typer.Exit
 
 

@@ -1,7 +1,7 @@
 """Where the paper's text and the authors' code differ, and what is done about each here.
 
-The list is `published/discrepancies.toml`. `afferents reproduce` prints it, and
-docs/discrepancies.md is `to_page()`; a test keeps the two alike.
+The list is `published/discrepancies.toml`. `afferents reproduce --discrepancies` prints its page,
+which is docs/discrepancies.md; a test keeps the two alike.
 """
 
 from functools import cache
@@ -82,22 +82,6 @@ class Discrepancies(_Form):
         numbered = [f"{d.number}. {d.differs}" for d in self.discrepancy if d.differs]
         return [*numbered, *(f"{one.topic}: {one.differs}" for one in self.software)]
 
-    def whole(self) -> list[str]:
-        """Return the whole list as lines of plain text."""
-        lines = [self.source, ""]
-        for one in self.discrepancy:
-            lines += [
-                f"{one.number}. {one.topic} [{one.weight}, {one.part}]",
-                f"   paper: {one.paper}",
-                f"   code: {one.code}",
-                f"   --like published: {one.published}",
-                f"   recommended: {one.recommended or 'the same.'}",
-                *([f"   still different: {one.differs}"] if one.differs else []),
-                "",
-            ]
-        lines += ["Differences of the software alone:", ""]
-        return lines + [f"- {one.topic}: {one.differs}" for one in self.software]
-
 
 @cache
 def discrepancies() -> Discrepancies:
@@ -113,59 +97,47 @@ def discrepancies() -> Discrepancies:
 
 
 def to_page() -> str:
-    """Return the list as docs/discrepancies.md."""
+    """Return the whole list as docs/discrepancies.md, which reads as text too."""
     found = discrepancies()
-    parts = dict.fromkeys(one.part for one in found.discrepancy)
-    weights = "; ".join(f"**{letter}** {meaning}" for letter, meaning in _WEIGHTS.items())
-    sections = [f"## {part}\n\n{_table(found, part)}" for part in parts]
+    listed = []
+    for one in found.discrepancy:
+        said = {
+            "paper": one.paper,
+            "code": one.code,
+            "`--like published`": "" if one.published == AS_THE_CODE else one.published,
+            "recommended": one.recommended,
+            "still different": one.differs,
+        }
+        listed.append(f"{one.number}. **{one.topic}** [{one.weight}, {one.part}]")
+        listed += [f"    - {name}: {text}" for name, text in said.items() if text]
     software, figures = (
-        "\n".join(f"- **{one.topic}.** {one.differs}" for one in listed)
-        for listed in (found.software, found.figure)
+        "\n".join(f"- **{one.topic}.** {one.differs}" for one in of)
+        for of in (found.software, found.figure)
     )
-    remaining = "\n".join(f"- {one}" for one in found.remaining()[: -len(found.software)])
     return _PAGE.format(
         n=len(found.discrepancy),
         source=found.source,
-        weights=weights,
-        sections="\n".join(sections),
-        remaining=remaining,
+        weights="; ".join(f"**{letter}** {meaning}" for letter, meaning in _WEIGHTS.items()),
+        listed="\n".join(listed),
         software=software,
         figures=figures,
     )
 
 
-def _table(found: Discrepancies, part: str) -> str:
-    """Return what is of one part of the work, as a table in Markdown."""
-    rows = [_HEAD, ("---",) * len(_HEAD)]
-    rows += [
-        (f"{one.number} {one.weight}", one.topic, one.paper, one.code,
-         "" if one.published == AS_THE_CODE else one.published, one.recommended)
-        for one in found.discrepancy
-        if one.part == part
-    ]  # fmt: skip
-    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
-
-
-_HEAD = ("", "topic", "paper's text", "authors' code", "`--like published`", "recommended")
 _PAGE = """# Where the paper and its code differ
 
 The paper's text and the authors' code disagree in {n} places, or one of them slips. `afferents
-reproduce --like published` goes with the code. In the last two columns an empty cell says "as the
-code" and "the same". The letter after the number says how much it matters: {weights}.
+reproduce --like published` goes with the code, and so do we, where no line says otherwise. The
+letter in brackets says how much it matters: {weights}.
 
-`afferents reproduce --discrepancies` prints the list. This page is made of it by `make
-results-pages`; the list is `src/afferents/reporting/published/discrepancies.toml`.
+`afferents reproduce --discrepancies` prints this page. It is made by `make results-pages` of the
+list in `src/afferents/reporting/published/discrepancies.toml`.
 
 Source: {source}.
 
-{sections}
-## Where --like published still differs from the code
+{listed}
 
-By the numbers above:
-
-{remaining}
-
-In the software alone:
+## Where the software alone differs
 
 {software}
 

@@ -1,4 +1,4 @@
-"""The list of discrepancies: whole, and the same on its page."""
+"""The list of discrepancies, and its page."""
 
 from pathlib import Path
 
@@ -14,9 +14,9 @@ def test_the_page_is_the_list():
 def test_all_that_remains_is_said_whole_as_well():
     found = discrepancies()
     assert [one.number for one in found.discrepancy] == list(range(1, 45))
-    text = "\n".join(found.whole())
+    text = to_page()
     for one in found.discrepancy:
-        assert f"{one.number}. {one.topic}" in text
+        assert f"{one.number}. **{one.topic}**" in text
         assert one.differs in text
         # What differs from the code is not called the same as the code.
         assert not one.differs or one.published != "As the code."
