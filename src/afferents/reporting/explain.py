@@ -328,25 +328,50 @@ class Asked:
     places: tuple[NDArray[Any], NDArray[Any]] | None = None
 
 
-def explain_model(
-    model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress
+def explain(
+    model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
 ) -> Explanation:
-    """Take parts of the samples away, one after the other, and see what the model then misses.
+    """Show what decides: the markers, waves, or frequencies without which a model fails.
 
-    Squares of three by three markers stand still; a wave, or a band of a spectrum, is as it is in
-    the mean of all that is asked. The loss is that of the true texture's log-odds, nats. Speeds
-    (or groups of the model's split) that it has not learnt from are asked, where there are any.
+    Parts of the samples are taken away, one after the other. Squares of three by three markers
+    stand still; a wave, or a band of a spectrum, is as it is in the mean of all that is asked. The
+    loss is that of the true texture's log-odds, nats. Speeds (or groups of the model's split) that
+    it has not learnt from are asked, where there are any.
 
     Parameters
     ----------
+    model
+        Folder of a trained model.
+    data
+        An extracted store.
     out
-        Folder for the pictures and `explanation.json`.
+        Folder for the pictures and ``explanation.json``.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Explanation
+        Sentences, pictures, and numbers.
 
     Raises
     ------
     InputError
         If the model is none, knows none of the textures, or the data don't go with it.
+
+    Examples
+    --------
+    >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
+    ['markers.png', 'waves.png']
     """
+    with Progress(quiet) as progress:
+        (opened,) = open_data([data], progress=progress)
+        return _explain(Path(model), opened, Path(out), cut, progress)
+
+
+def _explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
     require_picture_folder(out, FACTS)
     card, deployed = load_model(model)
     asked = _asked(card, data, cut, progress)
@@ -555,41 +580,3 @@ def _most(lost: xr.DataArray) -> str:
         for dim, i in zip(mean.dims, at, strict=True)
     )
     return f"Most is lost without what is at {where}: {float(mean.values.max()):.2f} nats."
-
-
-def explain(
-    model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
-) -> "Explanation":
-    """Show what decides: the markers, waves, or frequencies without which a model fails.
-
-    Parameters
-    ----------
-    model
-        Folder of a trained model.
-    data
-        An extracted store.
-    out
-        Folder for the pictures.
-    cut
-        Part of the recordings that is used.
-    quiet
-        Whether no progress is shown.
-
-    Returns
-    -------
-    Explanation
-        Sentences, pictures, and numbers.
-
-    Raises
-    ------
-    InputError
-        If the model is none, knows none of the textures, or the data don't go with it.
-
-    Examples
-    --------
-    >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
-    ['markers.png', 'waves.png']
-    """
-    with Progress(quiet) as progress:
-        (opened,) = open_data([data], progress=progress)
-        return explain_model(Path(model), opened, Path(out), cut, progress)

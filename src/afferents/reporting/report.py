@@ -59,41 +59,57 @@ _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
 """What data that are gone, damaged or changed raise; a store's bad chunk is a RuntimeError."""
 
 
-def write_report(results_folder: Path, progress: Progress, figures: Figures = "report") -> Path:
-    """Write `report.html`, `table1.md` and the figures of a results folder.
+def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:
+    """Write Table 1, figures and a self-contained page from a results folder.
 
     Of one of `--split texture`, the page and `textures.md`.
 
     Parameters
     ----------
-    results_folder
+    results
         As `evaluate` leaves it.
     figures
-        `paper` to draw Figures 5 to 13 as they are printed, in place of our own of the same
-        numbers.
+        ``paper`` to draw the paper's figures as they are printed (5 to 13), in place of our own of
+        the same numbers, each saying where it departs from that; ``report`` for those that suit
+        what was evaluated.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Path
+        Of the page, ``report.html``.
 
     Raises
     ------
     InputError
-        If there are no results, or no such way to draw. Data that are gone, damaged, or others
-        than were evaluated only cost their figures; the report says so.
+        If the folder holds no finished evaluation, or there is no such way to draw. Data that are
+        gone, damaged, or others than were evaluated only cost their figures; the report says so.
+
+    Examples
+    --------
+    >>> report("results").name
+    'report.html'
     """
     if figures not in get_args(Figures):
         raise InputError(f"figures: expected {' or '.join(get_args(Figures))}, found '{figures}'")
-    if summaries := texture_summaries(results_folder):
-        _write_tables(results_folder / TEXTURES, *texture_tables(summaries))
-        return write_texture_page(results_folder / PAGE, summaries)
-    results = load_results(results_folder)
-    data, notes = figure_data(results, progress, figures)
-    pictures = draw_pictures(results, data, figures)
-    drawn = progress.track(pictures, "drawing", len(pictures))
-    save_pictures(drawn, results_folder / "figures")
-    _write_tables(results_folder / FIRST_TABLE, table1(results.found))
-    beside = [beside_paper(results.found)]
-    beside += [by_texture_table(results)] if are_published(results.found) else []
-    _write_tables(results_folder / BESIDE, *beside)
-    write_text(results_folder / PAGE, render_report(results, pictures, notes))
-    return results_folder / PAGE
+    folder = Path(results)
+    page = folder / PAGE
+    if summaries := texture_summaries(folder):
+        _write_tables(folder / TEXTURES, *texture_tables(summaries))
+        return write_texture_page(page, summaries)
+    evaluated = load_results(folder)
+    with Progress(quiet) as progress:
+        data, notes = figure_data(evaluated, progress, figures)
+        pictures = draw_pictures(evaluated, data, figures)
+        drawn = progress.track(pictures, "drawing", len(pictures))
+        save_pictures(drawn, folder / "figures")
+    _write_tables(folder / FIRST_TABLE, table1(evaluated.found))
+    beside = [beside_paper(evaluated.found)]
+    beside += [by_texture_table(evaluated)] if are_published(evaluated.found) else []
+    _write_tables(folder / BESIDE, *beside)
+    write_text(page, render_report(evaluated, pictures, notes))
+    return page
 
 
 def _write_tables(path: Path, *tables: pd.DataFrame | None) -> None:
@@ -280,35 +296,3 @@ def _sample_shapes(
         bins = min(int(config["spectral"]["model_bins"]), spectra.sizes[dims.FREQUENCY])
         shapes["spectral"] = (spectra.sizes[dims.CHANNEL], bins)
     return shapes
-
-
-def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:
-    """Write Table 1, figures and a self-contained page from a results folder.
-
-    Parameters
-    ----------
-    results
-        As `evaluate` leaves it.
-    figures
-        ``paper`` to draw the paper's figures as they are printed (5 to 13), each saying where
-        it departs from that; ``report`` for those that suit what was evaluated.
-    quiet
-        Whether no progress is shown.
-
-    Returns
-    -------
-    Path
-        Of the page, ``report.html``.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no finished evaluation.
-
-    Examples
-    --------
-    >>> report("results").name
-    'report.html'
-    """
-    with Progress(quiet) as progress:
-        return write_report(Path(results), progress, figures)
