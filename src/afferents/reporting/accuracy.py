@@ -3,21 +3,22 @@
 Each figure has a panel for each model, in percent, with a line or marks for each protocol.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Reliability, Summary
+from afferents.evaluation.schemas import Reliability
 from afferents.folds.held_out import SPEED
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     are_published,
+    drawn_over,
     model_order,
     model_title,
     outcome,
+    outcomes,
     percent,
     source_line,
     texture_axis,
@@ -28,13 +29,19 @@ from afferents.reporting.style import (
     GREY,
     LINE,
     PROTOCOL_MARKS,
+    ReportFigure,
     draw_chance,
     name_places,
     panels_figure,
     percent_axes,
     styled,
 )
-from afferents.reporting.tables import accuracy_by_texture, by_length, paper_by_texture
+from afferents.reporting.tables import (
+    accuracy_by_texture,
+    by_length,
+    paper_by_texture,
+    temperature_note,
+)
 
 _ASIDE = 0.012
 """Of the axis, between the intervals of both protocols."""
@@ -44,9 +51,36 @@ _LARGEST, _SMALLEST = 15.0, 1.7
 """Diameters, points, of the marks of bins that hold all samples, and hardly any."""
 
 
+def accuracy_pictures(results: Results) -> Iterator[ReportFigure]:
+    """Yield the figures of accuracy that the results have."""
+    if results.found.models:
+        yield speed_picture(results)
+        if results.found.lengths:
+            yield lengths_picture(results)
+        yield texture_picture(results)
+    if any(found.reliability for *_, found in outcomes(results.found)):
+        yield reliability_picture(results)
+
+
+def _marks(results: Results, nested: str = "", published: str = "") -> str:
+    """Return what the marks of the protocols that there are stand for."""
+    there = {protocol for _, protocol, _ in outcomes(results.found)}
+    filled = f"Filled: nested protocol{nested}. " if "nested" in there else ""
+    return filled + (f"Open: published protocol{published}. " if "published" in there else "")
+
+
+def _bars(results: Results) -> str:
+    return f"Bars: 95% intervals, drawn over {drawn_over(results.found)}. "
+
+
+def _has_crosses(results: Results) -> bool:
+    return results.split == SPEED and are_published(results.found)
+
+
 @styled
-def speed_figure(summary: Summary) -> Figure:
+def speed_picture(results: Results) -> ReportFigure:
     """Draw accuracy by held-out speed, or group, with intervals; the paper's as crosses."""
+    summary = results.found
     split, keys = summary.split, summary.held_out_keys
     # Groups that are no numbers stand one after the other.
     places = {key: float(key) if split.ordered else float(n) for n, key in enumerate(keys)}
@@ -56,7 +90,7 @@ def speed_figure(summary: Summary) -> Figure:
         percent_axes(axes, model_title(model, summary))
         if not split.ordered:
             name_places(axes, keys, len(keys), longest=4)
-        if model in published_families() and split == SPEED and are_published(summary):
+        if model in published_families() and _has_crosses(results):
             paper = published_families()[model].by_speed
             there = [speed for speed in summary.speeds_mm_s if speed in paper]
             _draw_paper(axes, there, [paper[speed] for speed in there])
@@ -70,14 +104,29 @@ def speed_figure(summary: Summary) -> Figure:
         _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
-    return panels_figure(
-        model_order(summary), draw, f"Accuracy by held-out {split.name}", source_line(summary),
-        f"held-out {split.axis}", "accuracy (%)",
+    title = f"Accuracy by held-out {split.name}"
+    return ReportFigure(
+        f"accuracy-by-{split.leaks}",
+        title,
+        _marks(
+            results,
+            f", where nothing of the held-out {split.name} was seen",
+            f", where the other half of that {split.name} picked the model",
+        )
+        + _bars(results)
+        + "Crosses: the paper, measured on its own recordings. " * _has_crosses(results)
+        + "The dashed line is chance.",
+        f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
+        "model. The same numbers stand in a table below.",
+        panels_figure(
+            model_order(summary), draw, title, source_line(summary), f"held-out {split.axis}",
+            "accuracy (%)",
+        ),
     )  # fmt: skip
 
 
 @styled
-def texture_figure(results: Results) -> Figure:
+def texture_picture(results: Results) -> ReportFigure:
     """Draw accuracy by texture, the paper's as crosses."""
     textures, summary = results.textures, results.found
     names = texture_names(textures, summary.named_by_spacing)
@@ -94,15 +143,26 @@ def texture_figure(results: Results) -> Figure:
         draw_chance(axes, summary.chance)
         name_places(axes, list(names.values()), _MOST_NAMES)
 
-    return panels_figure(
-        model_order(summary), draw, "Accuracy by texture", source_line(summary),
-        texture_axis(textures, summary.named_by_spacing), "accuracy (%)", height=1.9,
+    crosses = "Crosses: the paper, from the diagonals of its matrices. "
+    return ReportFigure(
+        "accuracy-by-texture",
+        "Accuracy by texture",
+        f"Share of each texture's test samples recognised, mean over held-out "
+        f"{results.split.many}. {_marks(results)}{crosses * _has_crosses(results)}"
+        "The dashed line is chance.",
+        "Chart of accuracy in percent against texture, a panel for each model. The same "
+        "numbers stand in a table above.",
+        panels_figure(
+            model_order(summary), draw, "Accuracy by texture", source_line(summary),
+            texture_axis(textures, summary.named_by_spacing), "accuracy (%)", height=1.9,
+        ),
     )  # fmt: skip
 
 
 @styled
-def lengths_figure(summary: Summary) -> Figure:
+def lengths_picture(results: Results) -> ReportFigure:
     """Draw accuracy against the length of the window, with intervals."""
+    summary = results.found
 
     def draw(axes: Axes, base: str) -> None:
         percent_axes(axes, model_title(base, summary))
@@ -117,15 +177,24 @@ def lengths_figure(summary: Summary) -> Figure:
         _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
-    return panels_figure(
-        list(summary.lengths), draw, "Accuracy by length of window", source_line(summary),
-        "frames of a window", "accuracy (%)",
+    return ReportFigure(
+        "accuracy-by-length",
+        "Accuracy by length of window",
+        f"Mean over what was held out, against the frames of a window. {_marks(results)}"
+        f"{_bars(results)}The dashed line is chance.",
+        "Line chart of accuracy in percent against frames of a window, a panel for each model. "
+        "The same numbers stand in the table above.",
+        panels_figure(
+            list(summary.lengths), draw, "Accuracy by length of window", source_line(summary),
+            "frames of a window", "accuracy (%)",
+        ),
     )  # fmt: skip
 
 
 @styled
-def reliability_figure(summary: Summary) -> Figure:
+def reliability_picture(results: Results) -> ReportFigure:
     """Draw accuracy against confidence; the calibration error stands above each panel."""
+    summary = results.found
 
     def draw(axes: Axes, model: str) -> None:
         axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
@@ -145,9 +214,20 @@ def reliability_figure(summary: Summary) -> Figure:
             said = f"ECE {' and '.join(errors)}%"
             axes.set_title(said, loc="right", fontsize=7.5, color=GREY)
 
-    return panels_figure(
-        model_order(summary), draw, "Right as often as it says?", source_line(summary),
-        "confidence (%)", "accuracy (%)", height=2.5,
+    return ReportFigure(
+        "reliability",
+        "Right as often as it says?",
+        "Reliability diagram: test samples gathered by confidence, the probability of the "
+        f"predicted texture, in bins of equal width. {_marks(results)}The area of a mark is "
+        "its share of the samples. On the dashed line a model is right as often as it says; "
+        "below it is too sure, above too modest. ECE: expected calibration error of the "
+        f"protocols, in this order. {temperature_note(summary)}",
+        "Chart of accuracy against confidence, both in percent, a panel for each model. The "
+        "calibration errors stand in the table above.",
+        panels_figure(
+            model_order(summary), draw, "Right as often as it says?", source_line(summary),
+            "confidence (%)", "accuracy (%)", height=2.5,
+        ),
     )  # fmt: skip
 
 

@@ -4,23 +4,14 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-
-from matplotlib.figure import Figure
 
 from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.samples import Samples
 from afferents.evaluation.results import Results
 from afferents.files import write_aside
-from afferents.folds.held_out import SPEED
-from afferents.reporting.accuracy import (
-    lengths_figure,
-    reliability_figure,
-    speed_figure,
-    texture_figure,
-)
+from afferents.reporting.accuracy import accuracy_pictures
 from afferents.reporting.choice import instead_of
 from afferents.reporting.confusion import (
     LEAST_WRITTEN,
@@ -31,15 +22,14 @@ from afferents.reporting.confusion import (
 )
 from afferents.reporting.drawings import DrawnNetwork, networks_figure
 from afferents.reporting.images import FrameRow, images_figure
-from afferents.reporting.labels import are_published, drawn_over, outcomes, percent, source_line
+from afferents.reporting.labels import outcomes, percent, source_line
 from afferents.reporting.spectra import (
     shown_spectra,
     spectra_figure,
     stretch_example,
     stretch_figure,
 )
-from afferents.reporting.style import png_bytes
-from afferents.reporting.tables import temperature_note
+from afferents.reporting.style import ReportFigure
 
 _OF_CHANNEL = {
     dims.SA1: ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest, px"),
@@ -77,25 +67,6 @@ class FigureData:
     networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class ReportFigure:
-    """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
-
-    `description` is read out to those who cannot see the figure.
-    """
-
-    name: str
-    title: str
-    caption: str
-    description: str
-    figure: Figure
-
-    @cached_property
-    def png(self) -> bytes:
-        """The figure as the content of a PNG file, drawn once."""
-        return png_bytes(self.figure)
-
-
 def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
     """Write every picture to `folder/<name>.png` and return the paths."""
     paths = []
@@ -130,10 +101,7 @@ def draw_pictures(
         *_confusion_pictures(results, style),
     ]
     return [
-        *_speed_picture(results),
-        *_lengths_picture(results),
-        *_texture_picture(results),
-        *_reliability_picture(results),
+        *accuracy_pictures(results),
         *sorted(of_paper, key=_number_in_paper),
     ]
 
@@ -142,85 +110,6 @@ def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
     """Sort key: the figure's number in the paper, then its letter; what has none comes last."""
     found = re.match(r"Figure (\d+)([A-Z]?)\.", picture.title)
     return (int(found[1]), found[2]) if found else (math.inf, "")
-
-
-def _marks(results: Results, nested: str = "", published: str = "") -> str:
-    """Return what the marks of the protocols that there are stand for."""
-    there = {protocol for _, protocol, _ in outcomes(results.found)}
-    filled = f"Filled: nested protocol{nested}. " if "nested" in there else ""
-    return filled + (f"Open: published protocol{published}. " if "published" in there else "")
-
-
-def _bars(results: Results) -> str:
-    return f"Bars: 95% intervals, drawn over {drawn_over(results.found)}. "
-
-
-def _has_crosses(results: Results) -> bool:
-    return results.split == SPEED and are_published(results.found)
-
-
-def _speed_picture(results: Results) -> Iterator[ReportFigure]:
-    split = results.split
-    if results.found.models:
-        yield ReportFigure(
-            f"accuracy-by-{split.leaks}",
-            f"Accuracy by held-out {split.name}",
-            _marks(
-                results,
-                f", where nothing of the held-out {split.name} was seen",
-                f", where the other half of that {split.name} picked the model",
-            )
-            + _bars(results)
-            + "Crosses: the paper, measured on its own recordings. " * _has_crosses(results)
-            + "The dashed line is chance.",
-            f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
-            "model. The same numbers stand in a table below.",
-            speed_figure(results.found),
-        )
-
-
-def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
-    if results.found.lengths:
-        yield ReportFigure(
-            "accuracy-by-length",
-            "Accuracy by length of window",
-            f"Mean over what was held out, against the frames of a window. {_marks(results)}"
-            f"{_bars(results)}The dashed line is chance.",
-            "Line chart of accuracy in percent against frames of a window, a panel for each model. "
-            "The same numbers stand in the table above.",
-            lengths_figure(results.found),
-        )
-
-
-def _texture_picture(results: Results) -> Iterator[ReportFigure]:
-    if results.found.models:
-        crosses = "Crosses: the paper, from the diagonals of its matrices. "
-        yield ReportFigure(
-            "accuracy-by-texture",
-            "Accuracy by texture",
-            f"Share of each texture's test samples recognised, mean over held-out "
-            f"{results.split.many}. {_marks(results)}{crosses * _has_crosses(results)}"
-            "The dashed line is chance.",
-            "Chart of accuracy in percent against texture, a panel for each model. The same "
-            "numbers stand in a table above.",
-            texture_figure(results),
-        )
-
-
-def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
-    if any(found.reliability for *_, found in outcomes(results.found)):
-        yield ReportFigure(
-            "reliability",
-            "Right as often as it says?",
-            "Reliability diagram: test samples gathered by confidence, the probability of the "
-            f"predicted texture, in bins of equal width. {_marks(results)}The area of a mark is "
-            "its share of the samples. On the dashed line a model is right as often as it says; "
-            "below it is too sure, above too modest. ECE: expected calibration error of the "
-            f"protocols, in this order. {temperature_note(results.found)}",
-            "Chart of accuracy against confidence, both in percent, a panel for each model. The "
-            "calibration errors stand in the table above.",
-            reliability_figure(results.found),
-        )
 
 
 def _confusion_pictures(results: Results, style: Figures) -> Iterator[ReportFigure]:

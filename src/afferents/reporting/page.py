@@ -14,7 +14,6 @@ from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import About, Summary
 from afferents.folds.held_out import SPEED
 from afferents.reporting.comparisons import beside_paper, differences
-from afferents.reporting.figures import ReportFigure
 from afferents.reporting.labels import (
     ABBREVIATIONS,
     PROTOCOL_TITLES,
@@ -27,6 +26,7 @@ from afferents.reporting.labels import (
     textures_line,
 )
 from afferents.reporting.published import CITATION
+from afferents.reporting.style import ReportFigure
 from afferents.reporting.summary_text import (
     beside_the_winner,
     headline,

@@ -8,6 +8,8 @@ which colour-blind readers can tell apart.
 
 import io
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -187,3 +189,22 @@ def png_bytes(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": MARK})
     return buffer.getvalue()
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
+
+    `description` is read out to those who cannot see the figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    description: str
+    figure: Figure
+
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as the content of a PNG file, drawn once."""
+        return png_bytes(self.figure)

@@ -7,7 +7,7 @@ import pytest
 
 from afferents.evaluation.schemas import Summary
 from afferents.reporting import spectra as drawn_spectra
-from afferents.reporting.accuracy import speed_figure
+from afferents.reporting.accuracy import speed_picture
 from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
 from afferents.reporting.images import images_figure
 from afferents.reporting.published import published_textures
@@ -86,7 +86,7 @@ def panel_of(figure, title):
 
 
 def test_speed_figure_draws_percent_and_the_interval_of_each_speed(results):
-    panel = panel_of(speed_figure(results.found), "vib-TE")
+    panel = panel_of(speed_picture(results).figure, "vib-TE")
     np.testing.assert_allclose(lines(panel)["nested protocol"], [[10, 25], [20, 50], [40, 75]])
     assert "paper, its own recordings" not in lines(panel)  # whose textures are others
     bars, shifted = panel.collections
