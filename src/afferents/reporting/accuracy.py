@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Reliability
-from afferents.folds.held_out import SPEED
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     are_published,
@@ -73,10 +72,6 @@ def _bars(results: Results) -> str:
     return f"Bars: 95% intervals, drawn over {drawn_over(results.found)}. "
 
 
-def _has_crosses(results: Results) -> bool:
-    return results.split == SPEED and are_published(results.found)
-
-
 @styled
 def speed_picture(results: Results) -> ReportFigure:
     """Draw accuracy by held-out speed, or group, with intervals; the paper's as crosses."""
@@ -90,7 +85,7 @@ def speed_picture(results: Results) -> ReportFigure:
         percent_axes(axes, model_title(model, summary))
         if not split.ordered:
             name_places(axes, keys, len(keys), longest=4)
-        if model in published_families() and _has_crosses(results):
+        if model in published_families() and are_published(summary):
             paper = published_families()[model].by_speed
             there = [speed for speed in summary.speeds_mm_s if speed in paper]
             _draw_paper(axes, there, [paper[speed] for speed in there])
@@ -114,7 +109,7 @@ def speed_picture(results: Results) -> ReportFigure:
             f", where the other half of that {split.name} picked the model",
         )
         + _bars(results)
-        + "Crosses: the paper, measured on its own recordings. " * _has_crosses(results)
+        + "Crosses: the paper, measured on its own recordings. " * are_published(summary)
         + "The dashed line is chance.",
         f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
         "model. The same numbers stand in a table below.",
@@ -148,7 +143,7 @@ def texture_picture(results: Results) -> ReportFigure:
         "accuracy-by-texture",
         "Accuracy by texture",
         f"Share of each texture's test samples recognised, mean over held-out "
-        f"{results.split.many}. {_marks(results)}{crosses * _has_crosses(results)}"
+        f"{results.split.many}. {_marks(results)}{crosses * are_published(summary)}"
         "The dashed line is chance.",
         "Chart of accuracy in percent against texture, a panel for each model. The same "
         "numbers stand in a table above.",

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from afferents.evaluation.schemas import Difference, FirstEpoch, Outcome, Summary
-from afferents.folds.held_out import SPEED
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
     ABSENT,
@@ -102,8 +101,7 @@ def has_published_grid(summary: Summary) -> bool:
     textures, speeds = published_textures(), published_speeds()
     nearly_all = len(textures) * (len(speeds) - 1)
     return (
-        summary.split == SPEED
-        and are_published(summary)
+        are_published(summary)
         and set(summary.speeds_mm_s) <= set(speeds)
         and all(data.n_recordings > nearly_all for data in summary.data)
     )

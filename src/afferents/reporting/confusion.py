@@ -158,8 +158,7 @@ def _panels(results: Results, rows: pd.DataFrame, said: str = "") -> list[Panel]
 
 
 def _paper_panel(model: str, results: Results) -> list[Panel]:
-    same = results.split == SPEED and are_published(results.found)
-    if model not in published_families() or not same:
+    if model not in published_families() or not are_published(results.found):
         return []
     mean = published_families()[model].mean_percent
     return [Panel(f"paper, its own recordings: {mean}%", published_confusion(model))]

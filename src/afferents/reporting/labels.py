@@ -63,9 +63,10 @@ def texture_letter(texture: str, by_spacing: bool) -> str | None:
     return LETTERS[names.index(texture)] if by_spacing and texture in names else None
 
 
-def are_published(about: About) -> bool:
-    """Return whether a summary's textures are the paper's, all 13: its accuracies are of these."""
-    return about.named_by_spacing and about.textures == published_textures()
+def are_published(summary: Summary) -> bool:
+    """Return whether speeds were held out of the paper's 13 textures, as its accuracies are of."""
+    of_paper = summary.named_by_spacing and summary.textures == published_textures()
+    return of_paper and summary.split == SPEED
 
 
 def texture_names(textures: Sequence[str], by_spacing: bool) -> dict[str, str]:

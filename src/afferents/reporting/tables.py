@@ -256,7 +256,7 @@ def _times_100(share: float | None) -> float | None:
 def _paper_by_speed(summary: Summary, model: str) -> list[float | None]:
     """Return the paper's accuracies at our speeds, percent; nothing where it has none of them."""
     paper = published_families().get(model)
-    if paper is None or summary.split != SPEED or not are_published(summary):
+    if paper is None or not are_published(summary):
         return []
     found = [paper.by_speed.get(speed) for speed in summary.speeds_mm_s]
     return found if any(found) else []
@@ -478,21 +478,17 @@ def accuracy_by_texture(results: Results, model: str, protocol: str) -> dict[str
 
 def paper_by_texture(results: Results, model: str) -> list[float]:
     """Return the paper's accuracies by texture, percent; nothing where textures are others."""
-    if model not in published_families() or not _has_the_papers_textures(results):
+    if model not in published_families() or not are_published(results.found):
         return []
     found: list[float] = published_confusion(model).diagonal().tolist()
     return found
-
-
-def _has_the_papers_textures(results: Results) -> bool:
-    return results.split == SPEED and are_published(results.found)
 
 
 def by_texture_table(results: Results) -> pd.DataFrame | None:
     """Return accuracy by texture, the paper's beneath ours; None where nothing was evaluated."""
     textures, summary = results.textures, results.found
     named = texture_names(textures, summary.named_by_spacing)
-    with_ends = _has_the_papers_textures(results)
+    with_ends = are_published(summary)
     smooth, widest = named[textures[0]], named[textures[-1]]
 
     def cells(values: Sequence[float | None]) -> tuple[float | None, ...]:
