@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
@@ -53,9 +53,6 @@ from afferents.recordings.data_set import Data
 from afferents.store.responses import named_by_spacing
 from afferents.store.trimming import require_within, steady_in, with_steady
 from afferents.version import __version__
-
-if TYPE_CHECKING:
-    from afferents.models.folder import Recogniser
 
 Indices = NDArray[np.int64]
 
@@ -209,14 +206,14 @@ def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
         expected = f"at least 2 {split.many}, one of them to validate with"
         raise InputError(f"the data: expected {expected}, found {len(groups)}")
     middle = groups[len(groups) // 2]
-    train_model, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
+    learnt, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
     texture = samples[dims.TEXTURE].values
-    only_there = sorted(set(texture[validation]) - set(texture[train_model]))
+    only_there = sorted(set(texture[validation]) - set(texture[learnt]))
     if only_there:
         found = f"none of {', '.join(map(str, only_there))}"
         expected = f"every texture at another {split.name} than {split.printed(middle)}"
         raise InputError(f"the data: expected {expected}, found {found}")
-    return Fold(middle, middle, train_model, validation, np.empty(0, dtype=np.int64), split)
+    return Fold(middle, middle, learnt, validation, np.empty(0, dtype=np.int64), split)
 
 
 def _groups_of(samples: Samples, fold: Fold) -> dict[str, Any]:
@@ -387,7 +384,7 @@ def train(
         return train_model(training, Path(out), progress, force)
 
 
-def load_model(model: Place) -> "Recogniser":
+def load_model(model: Place) -> Recogniser:
     """Read a trained model, to ask it about samples.
 
     Parameters

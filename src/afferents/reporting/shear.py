@@ -525,7 +525,7 @@ def meaning(
     return "The global shear alone and the images without it recognise it as well as both together."
 
 
-def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> "Explanation":
+def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> Explanation:
     """Say whether texture is in the global shear of the skin, or in the images without it.
 
     No model is needed: small ones are learnt, at all speeds but one in turn. It is what
