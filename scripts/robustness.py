@@ -29,7 +29,7 @@ from matplotlib.figure import Figure
 
 from afferents.encodings.samples import Samples
 from afferents.evaluation.choice import encodings_for
-from afferents.evaluation.data import open_data, origins_of
+from afferents.evaluation.data import open_data
 from afferents.evaluation.encode import require_support, sources_of
 from afferents.evaluation.fold_files import FoldKey, digest_of
 from afferents.evaluation.intervals import Accuracy, bootstrap_interval, count_right
@@ -119,7 +119,7 @@ def session_counts(
     wanted = {"frames": asked.frames_a_sample, "mask": asked.mask}
     usual = Recipe(
         out=asked.out.resolve(),
-        data=origins_of(opened),
+        data=tuple(one.origin for one in opened),
         models=models_in(asked.models),
         encodings=encodings_for(opened, "all", {n: v for n, v in wanted.items() if v}),
         options=EvaluationOptions(

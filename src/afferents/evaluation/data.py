@@ -226,11 +226,6 @@ def recordings_in(data: Sequence[OpenedData]) -> list[Responses]:
     return [responses for one in data for responses in one.responses]
 
 
-def origins_of(data: Sequence[OpenedData]) -> tuple[Origin, ...]:
-    """Return where opened data come from."""
-    return tuple(one.origin for one in data)
-
-
 def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses]) -> None:
     """Refuse a condition, or a value of one, that no recording has."""
     known: dict[str, set[str]] = {}

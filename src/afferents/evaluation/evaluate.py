@@ -120,7 +120,7 @@ def open_evaluation(
         If a model is unknown, or the data can't be read.
     """
     from afferents.evaluation.choice import encodings_for, say_choice
-    from afferents.evaluation.data import open_data, origins_of, recordings_in
+    from afferents.evaluation.data import open_data, recordings_in
     from afferents.evaluation.encode import best_of
     from afferents.evaluation.recipe import FIELD, Evaluation, Recipe, by_length, lengths_in
     from afferents.extraction.copies import warn_of_copies
@@ -136,5 +136,6 @@ def open_evaluation(
         models = models if best in models else [*models, best]
     models = by_length(models, lengths, encodings) if lengths else models
     say_choice(opened, models, encodings, progress)
-    recipe = Recipe(Path(out), origins_of(opened), models, encodings, options)
+    origins = tuple(one.origin for one in opened)
+    recipe = Recipe(Path(out), origins, models, encodings, options)
     return Evaluation(recipe, opened)

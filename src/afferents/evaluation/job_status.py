@@ -89,12 +89,13 @@ def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | No
         Where they are, if not on this machine.
     """
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
-    earlier = _read_plan(results).jobs if begun else ()
+    earlier = read_plan(results).jobs if begun else ()
     jobs = tuple(dict.fromkeys([*earlier, *keys]))
     Plan(workers=workers, cluster=cluster, jobs=jobs).write(results / PLAN)
 
 
-def _read_plan(results: Path) -> Plan:
+def read_plan(results: Path) -> Plan:
+    """Return what is planned in a folder."""
     return Plan.read(results / PLAN, "a plan of trainings", _REMOVE)
 
 
@@ -130,7 +131,7 @@ def job_statuses(results: Path) -> list[JobStatus]:
         raise InputError(
             f"{results}: expected a results folder that evaluate has begun, found none"
         )
-    return [_job_status(results, key) for key in _read_plan(results).jobs]
+    return [_job_status(results, key) for key in read_plan(results).jobs]
 
 
 def seconds_left(found: list[JobStatus], workers: int) -> float | None:
@@ -152,12 +153,6 @@ def seconds_left(found: list[JobStatus], workers: int) -> float | None:
             begun = status.seconds if status.state == "running" else None
             left += max(0.0, (mean(known) if known else usual) - (begun or 0.0))
     return left / workers
-
-
-def planned_workers(results: Path) -> tuple[int, str | None]:
-    """Return how many processes the last run had, and on which cluster, if on one."""
-    plan = _read_plan(results)
-    return plan.workers, plan.cluster
 
 
 def _job_status(results: Path, key: FoldKey) -> JobStatus:

@@ -16,7 +16,7 @@ from afferents.evaluation.job_status import (
     JobStatus,
     State,
     job_statuses,
-    planned_workers,
+    read_plan,
     seconds_left,
 )
 from afferents.evaluation.schemas import Schema
@@ -160,14 +160,14 @@ def _of_reproduction(run: RunFolder) -> Status:
 def _of_results(results: Path) -> Status:
     found = job_statuses(results)
     counts = Counter(standing.state for standing in found)
-    workers, cluster = planned_workers(results)
-    left = seconds_left(found, workers)
+    plan = read_plan(results)
+    left = seconds_left(found, plan.workers)
     facts = {
         "counts": {state: counts[state] for state in STATES},
         "seconds_left": left,
         "jobs": [{**s.key.content(), "state": s.state, "why": s.why} for s in found],
     }
-    return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
+    return Status(_rows(found), _sentences(found, counts, left, plan.cluster), facts)
 
 
 def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
