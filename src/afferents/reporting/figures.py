@@ -2,15 +2,13 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.samples import Samples
 from afferents.evaluation.results import Results
-from afferents.files import write_aside
 from afferents.reporting.accuracy import accuracy_pictures
 from afferents.reporting.choice import instead_of
 from afferents.reporting.confusion import (
@@ -65,17 +63,6 @@ class FigureData:
     began: str = ""
     sliding: str = ""
     networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
-
-
-def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
-    """Write every picture to `folder/<name>.png` and return the paths."""
-    paths = []
-    for picture in pictures:
-        path = folder / f"{picture.name}.png"
-        with write_aside(path) as partial:
-            partial.write_bytes(picture.png)
-        paths.append(path)
-    return paths
 
 
 def draw_pictures(

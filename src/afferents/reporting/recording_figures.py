@@ -120,7 +120,9 @@ def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     """
     rate = float(segment.attrs[dims.SAMPLE_RATE])
     values = segment.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[:, :MOST_CHANNELS]
-    title = f"Vibration: {len(values) / rate:.2f} s at {rate:g} Hz, {_channels(segment)}"
+    n = segment.sizes[dims.CHANNEL]
+    channels = f"{n} channel{'' if n == 1 else 's'}"
+    title = f"Vibration: {len(values) / rate:.2f} s at {rate:g} Hz, {channels}"
     figure = new_figure(8.6, 5.2, title, source)
     above, below = figure.subplots(2, 1)
     unit = f" ({segment.attrs[dims.UNITS]})" if segment.attrs.get(dims.UNITS) else ""
@@ -214,7 +216,8 @@ def draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str)
     axes.set(xlabel="time (s)", ylabel=f"signal{unit}", xlim=(time[0], time[-1]))
     if step:
         axes.set_ylabel(f"channel (apart by {step:.3g}{unit})")
-        axes.set_yticks([-index * step for index in range(values.shape[1])], _numbers(values))
+        numbers = range(1, values.shape[1] + 1)
+        axes.set_yticks([-step * (number - 1) for number in numbers], map(str, numbers))
 
 
 def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
@@ -227,15 +230,6 @@ def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
     for axis in (axes.xaxis, axes.yaxis):  # the usual labels are formulas, which the style has not
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
-
-
-def _numbers(values: NDArray[np.float32]) -> list[str]:
-    return [str(index + 1) for index in range(values.shape[1])]
-
-
-def _channels(segment: xr.DataArray) -> str:
-    n = segment.sizes[dims.CHANNEL]
-    return "1 channel" if n == 1 else f"{n} channels"
 
 
 # How steady SA-I and RA-I images are, by texture and speed; the paper's own beside them.

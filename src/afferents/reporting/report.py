@@ -27,7 +27,7 @@ from afferents.evaluation.results import (
     read_summary,
     texture_summaries,
 )
-from afferents.files import Place, write_text
+from afferents.files import Place, write_aside, write_text
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
@@ -39,7 +39,7 @@ from afferents.progress import Progress
 from afferents.reporting.choice import panels_of
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
 from afferents.reporting.drawings import DrawnNetwork
-from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
+from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
 from afferents.reporting.labels import are_published
 from afferents.reporting.page import render_report
@@ -102,8 +102,9 @@ def report(results: Place, quiet: bool = False, figures: Figures = "report") -> 
     with Progress(quiet) as progress:
         data, notes = figure_data(evaluated, progress, figures)
         pictures = draw_pictures(evaluated, data, figures)
-        drawn = progress.track(pictures, "drawing", len(pictures))
-        save_pictures(drawn, folder / "figures")
+        for picture in progress.track(pictures, "drawing", len(pictures)):
+            with write_aside(folder / "figures" / f"{picture.name}.png") as partial:
+                partial.write_bytes(picture.png)
     _write_tables(folder / FIRST_TABLE, table1(evaluated.found))
     beside = [beside_paper(evaluated.found)]
     beside += [by_texture_table(evaluated)] if are_published(evaluated.found) else []
@@ -258,27 +259,26 @@ def _networks(
 
     Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
     """
-    found: dict[int, dict[str, DrawnNetwork]] = {}
-    titles: dict[str, list[str]] = {}
-    for model in TABLE1.values():
-        titles.setdefault(str(model.classifier), []).append(model.title)
-    for model in TABLE1.values():
-        title = ", ".join(titles[str(model.classifier)])
-        shape = shapes.get(str(model.encoding))
-        of_vibration = ENCODINGS[str(model.encoding)].of_vibration
+    found: dict[int, list[DrawnNetwork]] = {}
+    for classifier in dict.fromkeys(model.classifier for model in TABLE1.values()):
+        models = [model for model in TABLE1.values() if model.classifier == classifier]
+        encoding = ENCODINGS[str(models[0].encoding)]
+        shape = shapes.get(encoding.name)
         if shape is None:
             continue
         try:
-            network = build(classifier_of(model.classifier), len(results.textures), shape)
+            network = build(classifier_of(classifier), len(results.textures), shape)
         except InputError:
             continue  # samples too small for it: it was not evaluated either
-        layers = layer_shapes(network, shape)
-        entered = (
-            written_shape((shape[0], 1, shape[1])) if of_vibration else " x ".join(map(str, shape))
+        title, number = ", ".join(model.title for model in models), 5
+        entered = " x ".join(map(str, shape))
+        if encoding.of_vibration:
+            number, entered = 6, written_shape((shape[0], 1, shape[1]))
+        drawn = DrawnNetwork(
+            title, entered, layer_shapes(network, shape), *count_parameters(network)
         )
-        drawn = DrawnNetwork(title, entered, layers, *count_parameters(network))
-        found.setdefault(6 if of_vibration else 5, {}).setdefault(title, drawn)
-    return {number: list(networks.values()) for number, networks in found.items()}
+        found.setdefault(number, []).append(drawn)
+    return found
 
 
 def _sample_shapes(
