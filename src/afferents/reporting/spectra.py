@@ -35,25 +35,16 @@ HIGHEST_HZ = 400.0
 """Figures show at most 0 to 400 Hz: what the paper's Figure 12 truly shows."""
 
 
-def condition_spectrum(spectra: Samples, texture: str, speed_mm_s: float) -> xr.DataArray | None:
-    """Return the mean spectrum of a condition over its windows and channels.
+def mean_spectrum(windows: Samples) -> xr.DataArray:
+    """Return the mean over windows and channels, with their number in the attribute `n_windows`.
 
     Parameters
     ----------
-    spectra
-        Samples with the dims (sample, channel, frequency), `frequency` in Hz.
-
-    Returns
-    -------
-    Spectrum with the dim `frequency` and the attribute `n_windows`; None where the condition
-    has no sample.
+    windows
+        Dims (sample, channel, frequency), `frequency` in Hz; at least one.
     """
-    windows = in_condition(spectra, texture, speed_mm_s)
-    n = windows.sizes[dims.SAMPLE]
-    if n == 0:
-        return None
     mean = windows.mean([dim for dim in windows.dims if dim != dims.FREQUENCY])
-    return mean.assign_attrs({**spectra.attrs, "n_windows": n})
+    return mean.assign_attrs({**windows.attrs, "n_windows": windows.sizes[dims.SAMPLE]})
 
 
 def amplitude_label(attrs: Mapping[object, object]) -> str:
@@ -122,12 +113,13 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
         for texture, speed in recorded
         if {(texture, k * speed) for k in (0.5, 2.0)} <= recorded
     ]
-    for texture, speed in sorted(candidates, key=_unlike_the_paper):
-        found = [condition_spectrum(spectra, texture, k * speed) for k in (0.5, 1.0, 2.0)]
-        half, middle, double = found
-        if half is not None and middle is not None and double is not None:
-            return StretchExample(texture, names[texture], speed, half, middle, double)
-    return None
+    if not candidates:
+        return None
+    texture, speed = min(candidates, key=_unlike_the_paper)
+    half, middle, double = (
+        mean_spectrum(in_condition(spectra, texture, k * speed)) for k in (0.5, 1.0, 2.0)
+    )
+    return StretchExample(texture, names[texture], speed, half, middle, double)
 
 
 def _unlike_the_paper(condition: tuple[str, float]) -> tuple[int, float, float, str, float]:
@@ -260,20 +252,14 @@ def spectra_figure(spectra: Samples, source: str, style: Figures = "report") -> 
 
 
 def _draw_panel(axes: Axes, spectra: Samples, shown: Shown) -> list[xr.DataArray]:
-    """Draw a single window over the mean of a condition, and return both; neither of none."""
-    mean = condition_spectrum(spectra, shown.texture, shown.speed_mm_s)
-    if mean is None:
+    """Draw the middle window's first channel over the mean, and return both; neither of none."""
+    windows = in_condition(spectra, shown.texture, shown.speed_mm_s)
+    if not len(windows):
         axes.text(0.5, 0.5, "not recorded", color=GREY, ha="center", va="center",
                   transform=axes.transAxes)  # fmt: skip
         return []
-    window = single_window(spectra, shown)
+    mean, window = mean_spectrum(windows), windows[len(windows) // 2]
+    window = window.isel({name: 0 for name in window.dims if name != dims.FREQUENCY})
     axes.plot(mean[dims.FREQUENCY], mean, color=ORANGE, lw=1.6, label="mean over windows")
     axes.plot(window[dims.FREQUENCY], window, color=INK, lw=0.5, label="one window")
     return [mean, window]
-
-
-def single_window(spectra: Samples, shown: Shown) -> Samples:
-    """Return the window in the middle of a condition, of its first channel: (frequency,)."""
-    windows = in_condition(spectra, shown.texture, shown.speed_mm_s)
-    middle = windows.isel({dims.SAMPLE: windows.sizes[dims.SAMPLE] // 2})
-    return middle.isel({name: 0 for name in middle.dims if name != dims.FREQUENCY})
