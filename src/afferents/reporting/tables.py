@@ -133,14 +133,16 @@ def worst_of(summary: Summary, found: Accuracies | None) -> str:
 
 
 def table1(summary: Summary) -> pd.DataFrame:
-    """Return Table 1: the paper's mean beside ours under either protocol, in percent.
+    """Return Table 1: the paper's mean beside ours under each protocol that was run, in percent.
 
     All six models of the paper have a row, also where nothing was evaluated; others follow.
     """
     split, families = summary.split, published_families()
+    run = {protocol for of_model in summary.models.values() for protocol in of_model}
+    titles = {protocol: title for protocol, title in PROTOCOL_TITLES.items() if protocol in run}
     rows = []
     for name in (*TABLE1, *(name for name in model_order(summary) if name not in TABLE1)):
-        found = [outcome(summary, name, protocol) for protocol in PROTOCOL_TITLES]
+        found = [outcome(summary, name, protocol) for protocol in titles]
         strictest = next(filter(None, found), None)
         paper = [str(families[name].mean_percent) if name in families else None]
         rows.append((
@@ -157,7 +159,7 @@ def table1(summary: Summary) -> pd.DataFrame:
         (
             "Model",
             *((PAPER_COLUMN,) if split == SPEED else ()),
-            *(f"Here, {title}" for title in PROTOCOL_TITLES.values()),
+            *(f"Here, {title}" for title in titles.values()),
             f"Worst {split.name} here",
         ),
         rows,
