@@ -136,7 +136,8 @@ def _frames(
     speed_mm_s: float,
 ) -> Iterator[tuple[float, GreyImage]]:
     """Draw the first n frames, one at a time."""
-    noise = int(random_of(seed, texture, speed_mm_s, CAMERA).integers(2**31))
+    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, rig.mounting.indentation_mm)
+    noise = int(of_camera.integers(2**31))
     renderer = Renderer(rig.camera, noise)
     for i in range(n):
         yield float(time_s[i]), renderer.draw(position_px[i])
@@ -150,7 +151,7 @@ def filmed_positions(
     true_px = project(position_mm, camera)
     unequal = np.random.default_rng(_TIP).standard_normal(true_px.shape[1])
     size = camera.marker_noise_px * np.exp(camera.marker_unequal * unequal)
-    rng = random_of(seed, texture, speed_mm_s, MARKERS)
+    rng = random_of(seed, texture, speed_mm_s, MARKERS, rig.mounting.indentation_mm)
     return np.asarray(true_px + rng.standard_normal(true_px.shape) * size[:, None])
 
 

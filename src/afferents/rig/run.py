@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from afferents.errors import InputError
-from afferents.rig.config import DEEPEST_MM, Rig
+from afferents.rig.config import DEEPEST_MM, Mounting, Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
@@ -81,7 +81,11 @@ class Simulated(NamedTuple):
 
 
 def random_of(
-    seed: int, texture: str | None, speed_mm_s: float | None, use: int
+    seed: int,
+    texture: str | None,
+    speed_mm_s: float | None,
+    use: int,
+    depth_mm: float = Mounting().indentation_mm,
 ) -> np.random.Generator:
     """Return a generator that depends on nothing but the seed, its use, and its level.
 
@@ -89,12 +93,16 @@ def random_of(
     ----------
     texture, speed_mm_s
         Of a run. None for both is for the session, None for the speed for all runs of a drum.
+    depth_mm
+        How deep the rig presses: a run at another depth is another run.
     """
     words = [seed, use]
     if texture is not None:
         words.append(zlib.crc32(texture.encode()))
     if speed_mm_s is not None:
         words.append(round(1000 * speed_mm_s))
+    if depth_mm != Mounting().indentation_mm:
+        words.append(round(1000 * depth_mm))
     return np.random.default_rng(words)
 
 
@@ -114,7 +122,7 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
     of_mounting = random_of(seed, *levels[mount.remount], _MOUNTING)
     of_material = random_of(seed, None, None, _MATERIAL)
     of_drum = random_of(seed, texture, None, _RUN_OUT)
-    of_run = random_of(seed, *run, _RUN)
+    of_run = random_of(seed, *run, _RUN, mount.indentation_mm)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     return Drawn(
@@ -148,6 +156,7 @@ def simulate_run(
         If the constants make the steps unstable, or the run comes out as no numbers.
     """
     drawn = draw(rig, texture, speed_mm_s, seed)
+    depth_mm = rig.mounting.indentation_mm
     check_step(rig)
     turning = turn(
         speed_mm_s,
@@ -158,10 +167,11 @@ def simulate_run(
         drawn.run_out_mm,
         rig.mounting.contact_at_rest,
         PHYSICS_RATE_HZ,
-        random_of(seed, texture, speed_mm_s, _DRIVE),
+        random_of(seed, texture, speed_mm_s, _DRIVE, depth_mm),
     )
-    time = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))
-    rng = random_of(seed, texture, speed_mm_s, _SOUND)
+    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, depth_mm)
+    time = frame_times(rig, seconds, of_camera)
+    rng = random_of(seed, texture, speed_mm_s, _SOUND, depth_mm)
     return _recorded(rig, drawn, surface, turning, time, seconds, rng)
 
 

@@ -161,6 +161,17 @@ def test_a_session_of_another_configuration_is_refused(session):
     assert contents(session, "*.wav") == before
 
 
+def test_at_another_depth_the_mounting_is_the_same_and_the_run_another():
+    usual, deep = (
+        simulation_of("s", "quick", textures="d", indentation_mm=mm).config()["runs"]["1.5/20"]
+        for mm in (1.0, 1.2)
+    )
+    assert usual == simulation_of("s", "quick", textures="d").config()["runs"]["1.5/20"]
+    assert deep["tilt_rad"] == usual["tilt_rad"]
+    assert deep["indentation_mm"] == pytest.approx(usual["indentation_mm"] + 0.2)
+    assert deep["start_rad"] != usual["start_rad"]
+
+
 def test_mounting_indentation_and_nodules_are_switched():
     own = simulation_of("s", "quick").rig
     rig = simulation_of(
