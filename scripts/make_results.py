@@ -133,8 +133,9 @@ def run(part: Part, kept: Path = KEPT) -> None:
 
 
 def source_of(part: Part) -> dict[str, Any]:
-    """Return commit, day, machine and commands of a part's numbers."""
-    return pages.source([line_of(words) for words in part.commands])
+    """Return the sources' last commit, day, machine and commands of a part's numbers."""
+    commit = pages.output("git", "log", "-1", "--format=%h", "--", "src/afferents")
+    return {**pages.source([line_of(words) for words in part.commands]), "commit": commit}
 
 
 def line_of(words: Sequence[str]) -> str:
@@ -215,6 +216,8 @@ def write_tables() -> None:
         _write("rig-ours", "Our models on the rig", found, _ours(ours, stresses))
     if noise := _found("ours-S11", "ours-noise-at-test", "ours-noise"):
         _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
+    if unknown := _found("unknown"):
+        _write("rig-unknown", "Textures never learnt", unknown, _unknown(unknown["unknown"]))
     if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
         _write("rig-layouts", "Other layouts", layouts, _touches_of(layouts))
 
@@ -369,6 +372,25 @@ def _touches_of(found: Mapping[str, Any]) -> list[list[str]]:
         if all(model in part["models"] for part in found.values()):
             each = [_in_words(_percents(part, model)) for part in found.values()]
             rows.append([f"`{model}`", *each])
+    return rows
+
+
+def _unknown(found: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row a model: what is called unknown, and the error of the bump spacing."""
+    rows = [[
+        "model", "never learnt, called unknown", "false alarms", "at the slowest and fastest",
+        "spacing of drums learnt, error", "of drums never learnt",
+    ]]  # fmt: skip
+    for model, one in found["models"]["unknown"].items():
+        called, alarms = (one[which]["recordings"] for which in ("found", "false_alarms"))
+        shares = (called, alarms["inside"], alarms["outside"])
+        errors = (found["models"]["roughness"][model][which] for which in ("seen", "unseen"))
+        rows.append([
+            f"`{model}`",
+            *(f"{100 * share['mean']:.0f} [{100 * share['ci95'][0]:.0f}, "
+              f"{100 * share['ci95'][1]:.0f}]" for share in shares),
+            *(f"{error['mae_mm_recordings']:.2f} mm" for error in errors),
+        ])  # fmt: skip
     return rows
 
 
