@@ -29,6 +29,7 @@ import torch
 
 from afferents import dims
 from afferents.channels import CHANNELS
+from afferents.doctor import processor
 from afferents.encodings.settings import Encodings, encoding_of
 from afferents.evaluation.encode import Source, encode
 from afferents.live import (
@@ -76,7 +77,7 @@ def main() -> None:
     parser.add_argument("--hours", type=float)
     parser.add_argument("--session", nargs="+", metavar="PATH")
     arguments = parser.parse_args()
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
+    print(f"{processor()}, Python {platform.python_version()}")
     if arguments.session:
         session, store, *trained = map(Path, arguments.session)
         confusion(session, store, trained)

@@ -6,7 +6,6 @@ Every round simulates other drums and speeds; medians over rounds. Times are the
 processor's, so that other work on the machine counts little.
 """
 
-import platform
 import statistics
 import sys
 import tempfile
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from afferents.doctor import processor
 from afferents.rig import Rig, bumped_surface, project, record
 from afferents.rig import draw as draw_run
 from afferents.rig.camera import Points, Renderer
@@ -79,7 +79,7 @@ def main(rounds: int) -> None:
     for n in range(rounds):
         with tempfile.TemporaryDirectory() as folder:
             found.append(measure(*RUNS[n % len(RUNS)], n, Path(folder)))
-    print(f"{platform.processor() or platform.machine()}, one core, median of {rounds}")
+    print(f"{processor()}, one core, median of {rounds}")
     for what in found[0]:
         print(f"{what:18} {statistics.median(f[what] for f in found):5.1f} x real time")
 

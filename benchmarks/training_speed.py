@@ -27,6 +27,7 @@ from joblib import cpu_count
 from torch.utils.flop_counter import FlopCounterMode
 
 from afferents.choices import Precision
+from afferents.doctor import processor
 from afferents.models.classifiers import build
 from afferents.models.config import TrainingConfig
 from afferents.models.hardware import has_bfloat16, to_channels_last
@@ -203,14 +204,6 @@ def machine() -> str:
     """Name processor or GPU, cores and versions."""
     name = torch.cuda.get_device_name() if torch.cuda.is_available() else processor()
     return f"{name}, PyTorch {torch.__version__}, Python {platform.python_version()}"
-
-
-def processor() -> str:
-    """Return the processor's name as the system gives it."""
-    cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return f"{names[0]} ({len(names)} cores)" if names else platform.processor()
 
 
 if __name__ == "__main__":
