@@ -218,7 +218,8 @@ def write_tables() -> None:
         _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
     if unknown := _found("unknown"):
         _write("rig-unknown", "Textures never learnt", unknown, _unknown(unknown["unknown"]))
-    if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
+    layouts = _found("ours-S11", "ours-hex331", "ours-radial127")
+    if len(layouts) > 1:
         _write("rig-layouts", "Other layouts", layouts, _touches_of(layouts))
 
 
