@@ -171,9 +171,9 @@ def live(
 ) -> None:
     """Look at what a fingertip senses, or classify texture while it slides.
 
-    On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
-    a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are; with exported
-    models it also says which texture they recognise.
+    On a camera and a microphone, on a recording that is replayed, or on the simulated rig.
+    Without a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are.
+    Exported models say which texture they recognise.
     """
     from afferents.choices import speed_factor
     from afferents.live.outlets import give_out

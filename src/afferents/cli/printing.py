@@ -27,13 +27,21 @@ _PADDING, _EDGE = 3, 1
 def lay_out(table: "DataFrame", width: int) -> Iterator[RenderableType]:
     """Yield what rich prints of a table in so many characters: title, columns, and caption.
 
-    Where whole rows don't fit, values are broken; where that is not enough, columns are printed in
-    several blocks, each with the headers of the rows. No word is broken.
+    Where whole rows don't fit, columns without a value are left out, then values are broken; where
+    that is not enough, columns are printed in several blocks, each with the headers of the rows. No
+    word is broken.
     """
+    from afferents.reporting.tables import texts_of
+
     if table.attrs["title"]:
         yield Text(table.attrs["title"], style="bold")
     columns = list(range(len(table.columns)))
     whole = _drawn(table, columns, width, broken=False)
+    if whole is None:
+        n_headers = table.index.nlevels
+        in_use = [n for n in columns if any(row[n_headers + n] != "—" for row in texts_of(table))]
+        columns = in_use or columns
+        whole = _drawn(table, columns, width, broken=False)
     if whole is not None:
         yield whole
     while whole is None and columns:

@@ -100,7 +100,7 @@ def inspect(
         Path | None, typer.Option(help="Folder for the pictures (default: NAME-inspected).")
     ] = None,
     sensor: Annotated[
-        str | None, typer.Option(help="Sensor file (TOML), or the name of a packaged one: tip_b.")
+        str | None, typer.Option(help="Sensor file (TOML), or the name of a packaged one.")
     ] = None,
     overlay: Annotated[
         Path | None,

@@ -101,8 +101,7 @@ def reproduce(
     """Run the paper's experiment from start to end: extract, evaluate, report.
 
     Says first what is chosen, where that differs from the authors' code, and how long it will take.
-    Without --like it evaluates the six models of Table 1 as we recommend, and the one that we
-    recommend beside them.
+    Without --like it evaluates the six models of Table 1 as we recommend, and ours beside them.
     """
     import afferents
     from afferents.evaluation.results import Results

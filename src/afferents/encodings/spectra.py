@@ -179,8 +179,7 @@ class SpectralEncoding(VibrationEncoding):
         length = round(self.window_s * rate_hz)
         points = self.fft_points or length
         if n < length:
-            expected = f"at least one window of {self.window_s:g} s"
-            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
+            raise InputError(shorter_than_window(self.window_s, n / rate_hz, where))
         if length < 2:
             raise InputError(
                 f"--window-s: expected at least two samples at {rate_hz:g} Hz, found {length}"
@@ -234,6 +233,14 @@ def require_stride(stride_s: float, window_s: float) -> None:
     if stride_s < window_s / _DENSEST:
         expected = f"at least {window_s / _DENSEST:g} s, a thousandth of the window"
         raise InputError(f"--stride-s: expected {expected}, found {stride_s:g}")
+
+
+def shorter_than_window(window_s: float, found_s: float, where: str) -> str:
+    """Say that what is used of a recording is shorter than a window, and what sets its length."""
+    return (
+        f"{where}: expected at least one window of {window_s:g} s, found {found_s:.2f} s; "
+        "--window-s sets a shorter one, steady_s a longer part"
+    )
 
 
 def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:

@@ -11,7 +11,13 @@ from pydantic import PositiveFloat, PositiveInt
 from afferents import dims
 from afferents.encodings.base import Floats, ImageEncoding, VibrationEncoding, without_unit
 from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.spectra import STRIDE_OPTION, WINDOW_OPTION, require_stride, window_starts
+from afferents.encodings.spectra import (
+    STRIDE_OPTION,
+    WINDOW_OPTION,
+    require_stride,
+    shorter_than_window,
+    window_starts,
+)
 from afferents.errors import InputError
 
 FRAMES = 45
@@ -73,8 +79,7 @@ class SpikeTimingEncoding(VibrationEncoding):
         """Refuse n values, of a rate in Hz, that are shorter than a window."""
         require_stride(self.stride_s, self.window_s)
         if n < round(self.window_s * rate_hz):
-            expected = f"at least one window of {self.window_s:g} s"
-            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
+            raise InputError(shorter_than_window(self.window_s, n / rate_hz, where))
 
     def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
         """Return samples `(sample, channel, interval)`, ln(1 + count)."""

@@ -18,6 +18,7 @@ from afferents.encodings.spectra import (
     Lines,
     by_stride,
     require_stride,
+    shorter_than_window,
     window_starts,
 )
 from afferents.errors import InputError
@@ -110,8 +111,7 @@ class WindowEncoding(VibrationEncoding):
             )
         require_stride(self.stride_s, self.window_s or 0.0)
         if n < round(seconds * rate_hz) or n < 2:
-            expected = f"at least one window of {seconds:g} s"
-            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
+            raise InputError(shorter_than_window(seconds, n / rate_hz, where))
 
     @abstractmethod
     def features(

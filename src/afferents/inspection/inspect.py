@@ -365,7 +365,8 @@ def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
         ("vibrations", f"{AUDIO_S:g} s", sum(s < AUDIO_S for s in seconds), len(seconds)),
     )
     return [
-        f"{n_short} of {n} {things} are shorter than {least}: too short for the cut 'published'."
+        f"{n_short} of {n} {things} are shorter than {least}: too short for the cut 'published', "
+        "which is only for comparison with the paper."
         for things, least, n_short, n in short
         if n_short
     ]

@@ -98,19 +98,19 @@ def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     ]
 
 
-def _rates(rates: pd.DataFrame) -> list[str]:
+def _rates(rates: pd.DataFrame, who: str = "units") -> list[str]:
     said = []
     for name, some in rates.groupby("class", sort=False):
         low, high = some["spikes_per_s"].quantile([0.1, 0.9])
         said.append(
-            f"{name} units fire {some['spikes_per_s'].mean():.0f} spikes/s in the mean; of the "
+            f"{name} {who} fire {some['spikes_per_s'].mean():.0f} spikes/s in the mean; of the "
             f"recordings, the middle four fifths lie between {low:.0f} and {high:.0f}."
         )
         silent = some[some["silent"] > SILENT]
         if len(silent):
             where = [f"{row.texture}/{row.speed_mm_s:g}" for row in silent.itertuples()]
             shown = ", ".join(where[:6]) + (f" and {len(where) - 6} more" if len(where) > 6 else "")
-            said.append(f"Most {name} units are silent in {shown} (texture/speed).")
+            said.append(f"Most {name} {who} are silent in {shown} (texture/speed).")
     return said
 
 
@@ -154,7 +154,7 @@ def _exponents(table: pd.DataFrame) -> list[str]:
 FACTS = "neural.json"
 TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
 """Of the tables that are written, as CSV."""
-_BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch")
+_BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch", "natural_rates")
 RASTER_UNITS, RASTER_S = 12, 0.5
 """Of each class in the raster, and how long it is."""
 
@@ -252,9 +252,11 @@ def neural(
     sentences = sentences_of(tables)
     if fibres is not None:
         both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
-        tables |= both.tables
+        tables |= both.tables | {"natural_rates": rates_table(fibres)}
+        empty = f"{natural}; an empty row: silent, or not recorded"
+        figures["natural_raster"] = raster_figure(_shown(fibres, seed), empty)
         figures |= {"beside": both.figure} if both.figure is not None else {}
-        sentences += both.sentences
+        sentences += [*_rates(tables["natural_rates"], "fibres (natural)"), *both.sentences]
     out.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():
         with write_aside(out / f"{name}.csv") as written:
@@ -297,14 +299,18 @@ def _exponents_of(store: Path) -> pd.DataFrame:
 
 
 def rates_table(spikes: Spikes) -> pd.DataFrame:
-    """Return the mean rate of each class by texture and speed, and the share of silent units."""
+    """Return the mean rate of each class by texture and speed, and the share of silent units.
+
+    Of what was recorded: where none of a class was, there is no row.
+    """
     rates, rows = spikes.rates(), []
     for name in spikes.units["class"].unique():
         of_class = (spikes.units["class"] == name).to_numpy()
         for (texture, speed), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
             some = rates[np.ix_(trials.index, of_class)]
-            row = {"class": name, "texture": texture, "speed_mm_s": speed}
-            rows.append({**row, "spikes_per_s": np.nanmean(some), "silent": np.mean(some == 0)})
+            if len(some := some[~np.isnan(some)]):
+                row = {"class": name, "texture": texture, "speed_mm_s": speed}
+                rows.append({**row, "spikes_per_s": some.mean(), "silent": np.mean(some == 0)})
     return pd.DataFrame(rows)
 
 

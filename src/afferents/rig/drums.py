@@ -130,9 +130,10 @@ def texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
     except ValueError:
         spacing = -1.0
     if not (spacing == 0 or 0.3 <= spacing <= 20):
+        spells_several = len(texture) > 1 and set(texture) <= set(LETTERS)
         raise InputError(
             "a texture: expected a letter from a to m, or a bump spacing of 0 or 0.3 to 20 mm, "
-            f"found '{texture}'"
+            f"found '{texture}'" + ("; set several apart by commas" if spells_several else "")
         )
     return f"{spacing:g}"
 

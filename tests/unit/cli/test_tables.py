@@ -45,6 +45,15 @@ def test_a_line_for_each_row_or_columns_below_with_the_names_of_their_rows():
     assert all("Protocol" in head for head in heads)
 
 
+def test_columns_without_a_value_are_left_out_where_there_is_no_room_for_them():
+    rows = [["RA-I", VALUE, None, None, VALUE], ["vib-TE", VALUE, None, VALUE, VALUE]]
+    table = make_table("", "", ("model", "at 0.1 s", "at 0.5 s", "at 1 s", "at 4 s"), rows)
+    assert "0.5" in printed(table, 120)
+    lines = printed(table, 75).splitlines()
+    assert "0.5" not in "".join(lines)
+    assert len([line for line in lines if "model" in line]) == 1
+
+
 def test_what_is_not_there_and_markup_are_printed_as_they_stand():
     text = printed(make_table("", "", ("a", "b"), [["[bold]x", None]]), 40)
     assert "[bold]x" in text

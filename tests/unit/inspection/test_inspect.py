@@ -32,7 +32,10 @@ def test_every_broken_slide_is_named(look, tmp_path):
 
 def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
     (sentence,) = [line for line in look(sounds).sentences if "too short" in line]
-    expected = "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published'."
+    expected = (
+        "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published', which "
+        "is only for comparison with the paper."
+    )
     assert sentence == expected
     enough = {"video": {"n_frames": 5510}, "vibration": {"duration_s": 60.0}}
     short = {"video": {"n_frames": 5509}, "vibration": None}

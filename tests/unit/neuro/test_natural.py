@@ -178,6 +178,7 @@ conditions = { force = [0.5, 1.0] }
         ({"speeds_mm_s": "[40, 80, 80]"}, "different speeds of more than 0, found 40, 80, 80"),
         ({"classes": '["SA", "RA", "PC", "hair"]'}, "'hair'; say in words which"),
         ({"levels": '[["fibre", "texture"], ["speed"]]'}, "a cell array of fibre x texture"),
+        ({"levels": '[["trial"]]'}, "name fibre and texture; a list of trials is read as a table"),
         ({"levels": '[["fibre", "fibre"]]'}, "'fibre' stands twice"),
         ({"file": '"other.mat"'}, "the file 'other.mat' beside it, found no such file"),
         ({"file": '"spikes.xlsx"'}, r"a file of \.mat, \.nwb, \.csv, \.parquet"),
@@ -265,7 +266,9 @@ def test_tables_with_a_row_a_spike(tmp_path, table, trains, suffix):
     ("old", "new", "said"),
     [
         ('speed = "v"', 'speed = "w"', "a column 'w', found columns neuron, class"),
-        ("duration_s = 1.0", "", "how long trials last"),
+        ('fibre = "neuron"', "", r"'unit', .* in \[columns\] \(fibre = \"ITS NAME\"\), or"),
+        ("duration_s = 1.0", "", "how long trials last, found nothing"),
+        ("duration_s = 1.0", "duration_s = [2.0, 1.0]", "how long trials last, found a list"),
         ('unit = "ms"', "", "if times are in ms, divide"),
         ('fibre = "neuron"', 'fibre = "neuron"\ntime = "class"', "numbers in the column 'class'"),
     ],

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -58,6 +59,10 @@ def test_fibres_are_put_beside(found, stores, tmp_path):
     asked = {"window_s": 0.05, "natural": tmp_path / "fibres.toml", "quiet": True}
     beside = afferents.neural(stores["video"], tmp_path / "out", classes=["RA"], **asked)
     assert (tmp_path / "out" / "beside.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / "natural_raster.png").stat().st_size > 10_000
+    assert any(sentence.startswith("RA fibres (natural) fire ") for sentence in beside.sentences)
+    of_five = pd.read_csv(tmp_path / "out" / "natural_rates.csv")["spikes_per_s"]
+    np.testing.assert_allclose(of_five.mean(), few.rates().mean())
     table = pd.read_csv(tmp_path / "out" / "beside_resolution.csv")
     assert set(table["population"]) == {"artificial", "natural"}
     assert len(set(table["n_units"])) == 1

@@ -133,6 +133,7 @@ def test_a_height_map_is_a_texture(tmp_path):
     ("changed", "sentence"),
     [
         ({"textures": ("z",)}, r"a texture: expected a letter from a to m.* found 'z'"),
+        ({"textures": ("aei",)}, "found 'aei'; set several apart by commas"),
         ({"speeds_mm_s": (50.0, 0.0)}, r"--speeds: expected speeds above 0 .* found 0"),
         ({"seconds": float("nan")}, r"--seconds: expected more than 1.5 .* found nan"),
         ({"seconds": float("inf")}, r"--seconds: expected more than 1.5 .* found inf"),

@@ -71,7 +71,9 @@ class Cells(_Part):
         if twice := [name for name in self.axes if self.axes.count(name) > 1]:
             raise ValueError(f"'{twice[0]}' stands twice in levels")
         if self.levels and not {"fibre", "texture"} <= set(self.axes):
-            raise ValueError("levels must name fibre and texture")
+            raise ValueError(
+                "levels must name fibre and texture; a list of trials is read as a table (.csv)"
+            )
         if self.cut and self.cut[0] >= self.cut[1]:
             raise ValueError("cut must start before it stops")
         return self

@@ -8,7 +8,14 @@ import numpy as np
 import pandas as pd
 
 from afferents.errors import InputError, reason_of
-from afferents.neuro.natural.description import MM_S, SECONDS, NaturalFile, as_text, classes_of
+from afferents.neuro.natural.description import (
+    MM_S,
+    SECONDS,
+    Columns,
+    NaturalFile,
+    as_text,
+    classes_of,
+)
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
@@ -61,9 +68,10 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
         ) from error
     columns, duration_s = described.columns, described.trials.duration_s
     if not isinstance(duration_s, float | str):
+        there = "nothing" if duration_s is None else "a list"
         raise InputError(
-            f"{file}: expected how long trials last, found nothing; add duration_s to [trials]: a "
-            "number, or the name of a column"
+            f"{file}: expected how long trials last, found {there}; write duration_s in [trials]: "
+            "a number, or the name of a column"
         )
     texts = {"fibre": columns.fibre, "class": columns.fibre_class, "texture": columns.texture}
     found = {name: column_of(read, own, file).map(as_text) for name, own in texts.items()}
@@ -96,9 +104,11 @@ def speeds_of(table: pd.DataFrame, described: NaturalFile, file: Path) -> pd.Ser
 def require_column(names: Collection[Any], name: str, file: Path) -> None:
     """Refuse a table without a column, and list those that are there."""
     if name not in names:
+        key = next((key for key, usual in Columns() if usual == name), None)
+        how = f' ({key} = "ITS NAME")' if key else ""
         raise InputError(
             f"{file}: expected a column '{name}', found columns {', '.join(map(str, names))}; name "
-            "the one that is meant in [columns], or say of a speed that nobody knows it"
+            f"the one that is meant in [columns]{how}, or say of a speed that nobody knows it"
         )
 
 
