@@ -139,7 +139,8 @@ def _failures(
         if fault is None:
             continue
         if not extraction.keep_going:
-            raise AfferentsError(fault)
+            others = len(session.recordings) > 1
+            raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
     for sentence in notes_of(extraction.out).sentences:
         progress.note(sentence)

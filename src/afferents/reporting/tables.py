@@ -135,19 +135,20 @@ def worst_of(summary: Summary, found: Accuracies | None) -> str:
 def table1(summary: Summary) -> pd.DataFrame:
     """Return Table 1: the paper's mean beside ours under each protocol that was run, in percent.
 
-    All six models of the paper have a row, also where nothing was evaluated; others follow.
+    Where one of the paper's six models was evaluated, all six have a row; others follow.
     """
     split, families = summary.split, published_families()
+    papers = tuple(TABLE1) if TABLE1.keys() & summary.models.keys() else ()
     run = {protocol for of_model in summary.models.values() for protocol in of_model}
     titles = {protocol: title for protocol, title in PROTOCOL_TITLES.items() if protocol in run}
     rows = []
-    for name in (*TABLE1, *(name for name in model_order(summary) if name not in TABLE1)):
+    for name in (*papers, *(name for name in model_order(summary) if name not in TABLE1)):
         found = [outcome(summary, name, protocol) for protocol in titles]
         strictest = next(filter(None, found), None)
         paper = [str(families[name].mean_percent) if name in families else None]
         rows.append((
             model_title(name, summary),
-            *(paper if split == SPEED else []),
+            *(paper if split == SPEED and papers else []),
             *map(mean_and_interval, found),
             worst_of(summary, strictest),
         ))  # fmt: skip
@@ -155,10 +156,11 @@ def table1(summary: Summary) -> pd.DataFrame:
         f"Table 1. Accuracy at {split.many} held out of training",
         f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets "
         f"(over {drawn_over(summary)}). Chance: {percent(summary.chance)}. "
-        f"{_missing_note(summary)}{comparison_note(summary)} {preset_note(summary)}",
+        f"{_missing_note(summary)}{comparison_note(summary) if papers else ''} "
+        f"{preset_note(summary)}",
         (
             "Model",
-            *((PAPER_COLUMN,) if split == SPEED else ()),
+            *((PAPER_COLUMN,) if split == SPEED and papers else ()),
             *(f"Here, {title}" for title in titles.values()),
             f"Worst {split.name} here",
         ),
