@@ -35,7 +35,7 @@ SURFACES = (
 )  # fmt: skip
 AROUND = "251.3,1"
 """Length of a map along the slide, mm, and a height that arrays of heights do not need."""
-LENGTHS = ("0.11", "0.5", "1", "4")
+LENGTHS = ("0.011", "0.11", "0.5", "1", "4")
 
 
 def parts() -> Iterator[Part]:
@@ -115,7 +115,9 @@ def write(number: int, title: str, parts: Mapping[str, Any], rows: list[list[str
     """Write the table of a question."""
     one = next(iter(parts.values()))
     facts = {key: one[key] for key in ("commit", "date", "machine")}
-    commands = [command for part in parts.values() for command in part["commands"]]
+    mine = [name for name in parts if (KEPT / f"{name}.json").is_file()]
+    lines = {"results": [name for name in parts if name not in mine], "results-open": mine}
+    commands = [f'make {goal} PART="{" ".join(names)}"' for goal, names in lines.items() if names]
     table = {"commands": commands, "columns": rows[0], "rows": rows[1:]}
     pages.write_json(pages.DATA / f"open-{number}.json", {"title": title, **facts, **table})
 
@@ -141,8 +143,9 @@ def with_interval(part: Mapping[str, Any], model: str) -> str:
 
 def touched(part: Mapping[str, Any], model: str) -> dict[float, float]:
     """Return a model's accuracy, percent, by seconds of touch."""
-    by = part["models"][model]["nested"]["by_touch"]
-    return {float(length): 100 * share for length, share in by.items()}
+    one = part["models"][model]["nested"]
+    frame = {round(1 / 90, 3): 100 * one["mean"]} if model.endswith("-se") else {}
+    return frame | {float(length): 100 * share for length, share in one["by_touch"].items()}
 
 
 def curve(ax: Axes, by_length: Mapping[float, float], label: str, **style: Any) -> None:
@@ -334,31 +337,35 @@ def _natural(number: int) -> None:
 
 
 def _shear(number: int) -> None:
-    parts = found("ours-S11", "ours-S12", "ours-remounted", "not-reprinted", "reprinted")
-    if "reprinted" not in parts:
+    usual = found("ours-S11", "ours-S12")
+    parts = found("ours-remounted", "not-reprinted", "reprinted")
+    if len(parts) < 3 or not usual:
         return
-    usual = [parts[name] for name in ("ours-S11", "ours-S12")]
-    ways = ("as it is, all speeds", "mounted anew for each run", "same drums, three speeds")
-    rows = [["model", *ways, "drums printed anew for the test"]]
-    groups: dict[str, list[float]] = {"as it is": [], "mounted anew": [], "drums printed anew": []}
-    names = []
-    for model in parts["reprinted"]["models"]:
-        ours = model in usual[0]["models"]
-        once = [percent(part, model) for part in usual] if ours else []
-        anew = percent(parts["ours-remounted"], model) if ours else None
-        rows.append([
-            f"`{model}`", _range(once), "–" if anew is None else f"{anew:.0f}",
-            with_interval(parts["not-reprinted"], model), with_interval(parts["reprinted"], model),
-        ])  # fmt: skip
-        if anew is not None:
-            names.append(model)
-            groups["as it is"].append(float(np.mean(once)))
-            groups["mounted anew"].append(anew)
-            groups["drums printed anew"].append(percent(parts["reprinted"], model))
-    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-    bars(ax, names, groups)
+    anew, same, printed = parts.values()
+    rows = [
+        ["model", "mounted once", "mounted anew for each run", "same drums", "drums printed anew"]
+    ]
+    names = list(printed["models"])
+    ours = [name for name in names if name in anew["models"]]
+    once = {name: [percent(part, name) for part in usual.values()] for name in ours}
+    remounted = {name: percent(anew, name) for name in ours}
+    on_same = {name: _on_bumps(same, name) for name in names}
+    for name in names:
+        mounting = (_range(once[name]), f"{remounted[name]:.0f}") if name in ours else ("–", "–")
+        rows.append([f"`{name}`", *mounting, f"{on_same[name]:.0f}", with_interval(printed, name)])
+    figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained", width_ratios=(2, 3))
+    means = [float(np.mean(once[name])) for name in ours]
+    bars(axes[0], ours, {"mounted once": means, "mounted anew": list(remounted.values())})
+    anew_on = [percent(printed, name) for name in names]
+    bars(axes[1], names, {"same drums": list(on_same.values()), "printed anew": anew_on})
     save(number, figure)
-    write(number, "Shear, pattern or vibration", parts, rows)
+    write(number, "Shear, pattern or vibration", {**usual, **parts}, rows)
+
+
+def _on_bumps(part: Mapping[str, Any], model: str) -> float:
+    """Return a model's accuracy, percent, on all drums but the smooth one."""
+    by = part["models"][model]["nested"]["by_texture"]
+    return 100 * float(np.mean([share for texture, share in by.items() if texture != "0"]))
 
 
 def _slow(number: int) -> None:
