@@ -28,7 +28,6 @@ OF_EXTRAS = {
     "onnx",
     "onnxscript",
     "playwright",
-    "pooch",
     "pyarrow",
     "pylsl",
     "pynwb",

@@ -44,7 +44,6 @@ EXTRAS = (
     "skops",
     "pylsl",
     "serial",
-    "pooch",
     "requests",
     "dask",
     "distributed",

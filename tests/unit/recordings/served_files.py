@@ -125,7 +125,7 @@ def serving():
 
 def go(archive, folder, **more):
     with Progress(quiet=True) as progress:
-        plan = fetching.plan_fetch(fetching.Fetching(archive, folder, **more), progress)
+        plan = fetching.plan_fetch(archive, folder, progress, **more)
         return plan, fetching.fetch_planned(plan, progress)
 
 

@@ -140,8 +140,6 @@ class Archive:
         What is known of its size.
     next_step
         What to do with it, with ``{folder}`` for where it is.
-    tried
-        Whether anybody has fetched it from the real server with this program.
     """
 
     name: str
@@ -153,7 +151,6 @@ class Archive:
     key: str = ""
     manifest: Path | None = None
     extent: str = ""
-    tried: bool = False
 
 
 _ROWS = (

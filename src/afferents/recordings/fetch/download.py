@@ -1,6 +1,5 @@
 """One file from a server: whole, with the right checksum, and gone on with where it was left."""
 
-import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,8 +26,7 @@ def download(
 ) -> RemoteFile:
     """Bring a file into a folder; return it with its size and checksum.
 
-    `pooch` checks the file and puts it in its place; the bytes come by `Resuming`. A part that an
-    earlier run left is gone on with, if the server still has the same file.
+    A part that an earlier run left is gone on with, if the server still has the same file.
 
     Parameters
     ----------
@@ -41,32 +39,37 @@ def download(
         If the server doesn't give it whole, its checksum is another than the list's, or there is
         no room; what came so far stays beside it, to be gone on with, unless it is wrong.
     """
-    import_web()
-    import pooch
-
-    pooch.get_logger().setLevel("ERROR")
     target = folder / file.path
+    part, note = part_of(file, folder), folder / f"{file.path}{NOTE}"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        pooch.retrieve(
-            file.url,
-            f"sha256:{file.sha256}" if file.sha256 else None,
-            fname=target.name,
-            path=target.parent,
-            downloader=Resuming(file, target, session, moved),
-        )
-    except ValueError as error:  # pooch: the checksum is another
-        raise InputError(
-            f"{target}: expected the file with SHA-256 {file.sha256}, as it is listed, found "
-            f"another at {file.url} (not kept); fetch it again; if it stays so, the file was "
-            "changed where it comes from, or on the way"
-        ) from error
+        failures, before = 0, size_here(part)
+        while not _goes_to_the_end(file, part, note, session, moved):
+            here = size_here(part)
+            failures = failures + 1 if here <= before else 1
+            before = here
+            if failures >= TRIES:
+                raise InputError(
+                    f"{file.url}: expected the whole file, found a connection that breaks after "
+                    f"{here} bytes; run the same command again: it goes on from there"
+                )
+            time.sleep((failures - 1) * WAIT_S)
+        remove(note)
+        whole = replace(file, sha256=checksum(part), n_bytes=size_here(part))
+        if file.sha256 not in (None, whole.sha256):
+            remove(part)
+            raise InputError(
+                f"{target}: expected the file with SHA-256 {file.sha256}, as it is listed, found "
+                f"another at {file.url} (not kept); fetch it again; if it stays so, the file was "
+                "changed where it comes from, or on the way"
+            )
+        part.replace(target)
     except OSError as error:
         raise InputError(
             f"{target}: expected room and permission to write it, found {reason_of(error)}; make "
             "room, or choose another folder; the same command goes on from what is there"
         ) from error
-    return replace(file, sha256=file.sha256 or checksum(target), n_bytes=target.stat().st_size)
+    return whole
 
 
 def part_of(file: RemoteFile, folder: Path) -> Path:
@@ -79,89 +82,43 @@ def size_here(path: Path) -> int:
     return path.stat().st_size if path.is_file() else 0
 
 
-class Resuming:
-    """Writes a file as `pooch` wants it, and goes on with what is there of it already.
-
-    Parameters
-    ----------
-    target
-        The place of the file when it is whole; its part lies beside it.
-    moved
-        Told as the file grows.
-    """
-
-    def __init__(
-        self, file: RemoteFile, target: Path, session: Any, moved: Callable[[int], None]
-    ) -> None:
-        self._url, self._session, self._moved = file.url, session, moved
-        self._is_checked = file.sha256 is not None
-        self._part = target.with_name(target.name + PART)
-        self._note = target.with_name(target.name + NOTE)
-
-    def __call__(self, _url: str, output_file: str | Path, _pooch: object) -> None:
-        """Fill the file that `pooch` names."""
-        failures, before = 0, size_here(self._part)
-        while not self._goes_to_the_end():
-            here = size_here(self._part)
-            failures = failures + 1 if here <= before else 1
-            before = here
-            if failures >= TRIES:
-                raise InputError(
-                    f"{self._url}: expected the whole file, found a connection that breaks after "
-                    f"{here} bytes; run the same command again: it goes on from there"
-                )
-            time.sleep((failures - 1) * WAIT_S)
-        os.replace(self._part, output_file)  # noqa: PTH105 (pooch may give a string)
-        remove(self._note)
-
-    def _goes_to_the_end(self) -> bool:
-        """Ask for what is missing, and write it; say whether the file is whole then."""
-        known = self._noted()
-        start = size_here(self._part) if known else 0  # else who knows of what it is a part
-        if start and start == known["n_bytes"]:
-            return True
-        headers = {"Range": f"bytes={start}-"} if start else {}
-        if start and known["validator"]:
-            headers["If-Range"] = known["validator"]
-        codes, answer = (
-            import_web().codes,
-            ask(self._session, self._url, headers=headers, stream=True),
-        )
-        with answer:
-            if answer.status_code == codes.range_not_satisfiable:
-                remove(self._part)
-                return False
-            if answer.status_code != codes.partial_content:
-                start = 0  # the server gives all of it, or another file by now
-            length = answer.headers.get("Content-Length", "")
-            whole = start + int(length) if length.isdigit() else None
-            self._keep_note(answer, whole)
-            end = self._write(answer, start)
-        return end is not None and (whole is None or end == whole)
-
-    def _write(self, answer: Any, start: int) -> int | None:
-        """Append what comes; return the size then, or None if the connection broke."""
-        with self._part.open("r+b" if start else "wb") as out:
+def _goes_to_the_end(
+    file: RemoteFile, part: Path, note: Path, session: Any, moved: Callable[[int], None]
+) -> bool:
+    """Ask for what is missing, and append it; say whether the file is whole then."""
+    web, known = import_web(), _noted(file, note)
+    start = size_here(part) if known else 0  # else who knows of what it is a part
+    if start and start == known["n_bytes"]:
+        return True
+    headers = {"Range": f"bytes={start}-", "If-Range": known["validator"] or None} if start else {}
+    with ask(session, file.url, headers=headers, stream=True) as answer:
+        if answer.status_code == web.codes.range_not_satisfiable:
+            remove(part)
+            return False
+        if answer.status_code != web.codes.partial_content:
+            start = 0  # the server gives all of it, or another file by now
+        length = answer.headers.get("Content-Length", "")
+        n_bytes = start + int(length) if length.isdigit() else None
+        found = (answer.headers.get(name, "") for name in ("ETag", "Last-Modified"))
+        strong = next((one for one in found if one and not one.startswith("W/")), "")
+        write_json(note, {"url": file.url, "validator": strong, "n_bytes": n_bytes})
+        with part.open("r+b" if start else "wb") as out:
             out.truncate(start)
             out.seek(start)
             try:
                 for piece in answer.iter_content(_PIECE):
                     out.write(piece)
-                    self._moved(out.tell())
-            except import_web().RequestException:
-                return None
-            return out.tell()
+                    moved(out.tell())
+            except web.RequestException:
+                return False
+            return n_bytes in (None, out.tell())
 
-    def _noted(self) -> dict[str, Any]:
-        """Return what an earlier answer said of the file, if a mix of two would be found out."""
-        try:
-            noted = read_json(self._note, "a note of a download")
-        except AfferentsError:
-            return {}
-        told = noted.get("validator") or self._is_checked
-        return noted if noted.get("url") == self._url and told else {}
 
-    def _keep_note(self, answer: Any, whole: int | None) -> None:
-        found = (answer.headers.get(name, "") for name in ("ETag", "Last-Modified"))
-        strong = next((one for one in found if one and not one.startswith("W/")), "")
-        write_json(self._note, {"url": self._url, "validator": strong, "n_bytes": whole})
+def _noted(file: RemoteFile, note: Path) -> dict[str, Any]:
+    """Return what an earlier answer said of a file, if a mix of two would be found out."""
+    try:
+        noted = read_json(note, "a note of a download")
+    except AfferentsError:
+        return {}
+    told = noted.get("validator") or file.sha256
+    return noted if noted.get("url") == file.url and told else {}

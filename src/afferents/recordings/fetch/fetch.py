@@ -32,39 +32,13 @@ CHECKSUMS = "afferents-checksums.txt"
 
 
 @dataclass(frozen=True)
-class Fetching:
-    """What is fetched.
-
-    Attributes
-    ----------
-    archive
-        The data set.
-    folder
-        Where it goes.
-    url
-        Another place where it is: a page or folder that lists its files, or, with a list of files
-        at hand, what their paths count from. None for the data set's own.
-    manifest
-        A list of its files; see `recordings.fetch.archives`. None for the data set's own.
-    keep_archive
-        Whether a .zip or .tar of the whole data set stays beside what was in it.
-    """
-
-    archive: Archive
-    folder: Path
-    url: str | None = None
-    manifest: Path | None = None
-    keep_archive: bool = False
-
-
-@dataclass(frozen=True)
 class Plan:
     """What there is to fetch, before anything of it is.
 
     Attributes
     ----------
-    fetching
-        What was asked for.
+    archive, folder, keep_archive
+        The data set, where it goes, and whether a .zip or .tar of all of it stays there.
     files
         All of them, with what is known of sizes and checksums.
     here
@@ -73,13 +47,19 @@ class Plan:
         Empty where nothing names one.
     page
         Where it was listed.
+    is_elsewhere, is_listed
+        Whether another address than the data set's own was given, and a list of files.
     """
 
-    fetching: Fetching
+    archive: Archive
+    folder: Path
+    keep_archive: bool
     files: tuple[RemoteFile, ...]
     here: frozenset[str]
     licence: str
     page: str
+    is_elsewhere: bool
+    is_listed: bool
 
     @property
     def missing(self) -> list[RemoteFile]:
@@ -93,26 +73,26 @@ class Plan:
 
     def describe(self) -> list[str]:
         """Say what it is, how large, under which licence, and how sure all that is."""
-        archive, missing = self.fetching.archive, self.missing
+        archive, missing = self.archive, self.missing
         licence = self.licence or f"not named by {self.page}; read it there before you use them"
+        extent = f": {archive.extent}" if archive.extent and not self.is_listed else ""
         said = [
             f"{archive.title} ({archive.page}).",
             f"Licence: {licence}.",
-            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}"
-            + (f": {archive.extent}." if archive.extent and not self.fetching.manifest else "."),
+            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}{extent}.",
         ]
         if self.here:
             said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
         if self.packed:
-            stays = "stays there" if self.fetching.keep_archive else "is removed when all is whole"
-            said.append(f"It is one archive, unpacked in {self.fetching.folder}, and {stays}.")
+            stays = "stays there" if self.keep_archive else "is removed when all is whole"
+            said.append(f"It is one archive, unpacked in {self.folder}, and {stays}.")
         unknown = sum(file.sha256 is None for file in missing)
         if unknown:
             said.append(
                 f"Of {unknown} no checksum is known: what comes first is taken for right, and its "
-                f"checksum noted in {self.fetching.folder / CHECKSUMS}."
+                f"checksum noted in {self.folder / CHECKSUMS}."
             )
-        if not archive.tried and self.fetching.url is None:
+        if not self.is_elsewhere:
             said.append("This has not been tried against the real server: please tell us.")
         return said
 
@@ -127,8 +107,20 @@ class Fetched:
     n_bytes: int
 
 
-def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
+def plan_fetch(
+    archive: Archive,
+    folder: Path,
+    progress: Progress,
+    url: str | None = None,
+    manifest: Path | None = None,
+    keep_archive: bool = False,
+) -> Plan:
     """Find out which files there are, and which of them are here; nothing is fetched.
+
+    Parameters
+    ----------
+    url, manifest, keep_archive
+        See `fetch`.
 
     Raises
     ------
@@ -136,28 +128,23 @@ def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
         If nothing answers or lists them, or what is here is something else.
     """
     import_web()
-    listing, folder = _list(fetching), fetching.folder
-    noted = _read_noted(folder, fetching.url or fetching.archive.url)
+    where, listed = url or archive.url, manifest or archive.manifest
+    if listed is None:
+        listing = list_files(where, archive.key)
+    elif archive.manifest is None and url is None:
+        expected = "--url as well, which says what the paths of the list count from"
+        raise InputError(f"--manifest: expected {expected}, found none")
+    else:
+        listing = Listing(read_manifest(listed, where), "", str(manifest or "this package"))
+    noted = _read_noted(folder, where)
     files = _unpacked_before(listing.files, noted, folder) or [
         _with_noted(file, noted.get(file.path), folder) for file in listing.files
     ]
-    sized = list(progress.track(ask_sizes(files), "asking for sizes", len(files)))
+    sized = tuple(progress.track(ask_sizes(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
-    licence = listing.licence or fetching.archive.licence
-    return Plan(fetching, tuple(sized), here, licence, listing.page)
-
-
-def _list(fetching: Fetching) -> Listing:
-    """Return the files that there are, by a list or by the server."""
-    archive = fetching.archive
-    manifest = fetching.manifest or archive.manifest
-    if manifest is None:
-        return list_files(fetching.url or archive.url, archive.key)
-    if archive.manifest is None and fetching.url is None:
-        expected = "--url as well, which says what the paths of the list count from"
-        raise InputError(f"--manifest: expected {expected}, found none")
-    files = read_manifest(manifest, fetching.url or archive.url)
-    return Listing(files, "", str(manifest) if fetching.manifest else "this package")
+    licence, elsewhere = listing.licence or archive.licence, url is not None
+    known = (sized, here, licence, listing.page, elsewhere, manifest is not None)
+    return Plan(archive, folder, keep_archive, *known)
 
 
 def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
@@ -207,7 +194,7 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
         If a file that is here is another, the disk is too small, or a file can't be had whole and
         right; what was fetched before stays, and the same command goes on from it.
     """
-    folder, packed = plan.fetching.folder, plan.packed
+    folder, packed = plan.folder, plan.packed
     # What an archive holds is as large as the archive: videos can't be packed smaller.
     needed = sum((f.n_bytes or 0) - size_here(part_of(f, folder)) for f in plan.missing)
     held = sum(file.n_bytes or 0 for file in plan.files) if packed else 0
@@ -219,7 +206,7 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
             archive = (got + kept)[0]
             got, kept = unpack(folder / packed, folder, _read_noted(folder, ""), progress)
             _note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
-            if not plan.fetching.keep_archive:
+            if not plan.keep_archive:
                 remove(folder / packed)
     n_bytes = sum(file.n_bytes or 0 for file in got + kept)
     return Fetched(folder, len(got), len(kept), n_bytes)
@@ -227,7 +214,7 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
 
 def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
     """Fetch what is not here, and check what is; return these, with sizes and checksums."""
-    folder = plan.fetching.folder
+    folder = plan.folder
     noted = _read_noted(folder, plan.page)
     got: list[RemoteFile] = []
     kept: list[RemoteFile] = []
@@ -239,7 +226,7 @@ def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[Remot
                 whole = _check(file, folder / file.path)
                 kept.append(whole)
             else:
-                whole = download(file, folder, web, partial(_mark_more, mark, done, file.path))
+                whole = download(file, folder, web, partial(_mark, mark, done, file.path))
                 got.append(whole)
             done += whole.n_bytes or 0
             mark(done, file.path)
@@ -248,7 +235,7 @@ def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[Remot
     return got, kept
 
 
-def _mark_more(mark: Mark, before: int, text: str, n_bytes: int) -> None:
+def _mark(mark: Mark, before: int, text: str, n_bytes: int) -> None:
     mark(before + n_bytes, text)
 
 
@@ -282,9 +269,9 @@ def fetch(
 ) -> "Fetched":
     """Fetch a public data set; what is here already is checked and kept.
 
-    What it is, its size and its licence are printed before it begins. Files come by `pooch`
-    (extra `fetch`); one that was broken off is gone on with. Where there is but one .zip or .tar of
-    everything, it is unpacked.
+    What it is, its size and its licence are printed before it begins. Needs the
+    extra `fetch`. A file that was broken off is gone on with. Where there is but one .zip or .tar
+    of everything, it is unpacked.
 
     Parameters
     ----------
@@ -314,10 +301,9 @@ def fetch(
         If the server or its list is not what it should be, a file has another checksum, or there
         is no room.
     """
-    given = None if manifest is None else Path(manifest)
-    fetching = Fetching(archive_named(name), Path(folder), url, given, keep_archive)
+    archive, given = archive_named(name), None if manifest is None else Path(manifest)
     with Progress(quiet) as progress:
-        plan = plan_fetch(fetching, progress)
+        plan = plan_fetch(archive, Path(folder), progress, url, given, keep_archive)
         for sentence in plan.describe():
             progress.note(sentence)
         return fetch_planned(plan, progress)

@@ -17,8 +17,6 @@ TIMEOUT_S = (10.0, 60.0)
 ANY_WAY_ROUND = (
     "see whether a browser opens it; --url names another place, and --manifest a list of files"
 )
-MOST_PAGES = 1000
-"""So many pages of folders are read at most."""
 _PLAIN = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
 _HUB = re.compile(r"(?P<site>.+)/api/(?P<set>datasets/[^/]+/[^/]+)/tree/(?P<revision>[^/]+).*")
 """A folder as the Hugging Face hub lists it."""
@@ -35,7 +33,7 @@ def import_web() -> Any:
     InputError
         If the extra is not installed.
     """
-    return import_extra("fetch", "fetch", "requests", "pooch")
+    return import_extra("fetch", "fetch", "requests")
 
 
 def ask(session: Any, url: str, how: str = "get", **options: Any) -> Any:
@@ -141,7 +139,7 @@ def list_files(url: str, name: str) -> Listing:
         # A page may link to the folder, or to some of what is in it.
         begin = listed if any(map(_is_file, listed)) else {*listed, base}
         is_guess = not listed and any(map(is_packed, found.links))
-        files = [] if is_guess else sorted(_crawl(session, base, begin))
+        files = [] if is_guess else sorted(_crawl(session, begin))
     if not files:
         n_others = sum(map(is_packed, found.links))
         there = f"{n_others} archives of other names" if n_others else "none"
@@ -202,19 +200,14 @@ def _folder_of(landing: str, links: list[str], name: str) -> str:
     return urljoin(landing, marker)
 
 
-def _crawl(session: Any, base: str, listed: set[str]) -> Iterator[str]:
-    """Yield the files that links lead to, below a folder, and in its folders."""
-    waiting, seen, n_pages = sorted(listed), set(listed), 0
+def _crawl(session: Any, listed: set[str]) -> Iterator[str]:
+    """Yield the files that links lead to, and those in folders."""
+    waiting, seen = sorted(listed), set(listed)
     while waiting:
         link = waiting.pop()
         if _is_file(link):
             yield link
             continue
-        n_pages += 1
-        if n_pages > MOST_PAGES:
-            raise InputError(
-                f"{base}: expected at most {MOST_PAGES} folders, found more; {ANY_WAY_ROUND}"
-            )
         links = _links_in(ask(session, link)).links
         new = {one for one in links if one.startswith(link) and one != link} - seen
         waiting += sorted(new)
