@@ -20,6 +20,7 @@ from afferents.files import Place, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings import ros_messages
+from afferents.recordings.audio import naming_sound
 from afferents.recordings.ros_messages import NS, Messages, typestore
 from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.recording import Vibration
@@ -148,17 +149,12 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
 
 def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
     """Yield all channels of a sound file in blocks of a tenth of a second."""
-    try:
-        with soundfile.SoundFile(audio.path) as file:
-            rate_hz, first = file.samplerate, 0
-            size = max(1, round(_BLOCK_S * rate_hz))
-            for samples in file.blocks(size, dtype="int16", always_2d=True):
-                yield _sound(make, first, samples, rate_hz)
-                first += len(samples)
-    except soundfile.SoundFileError as error:
-        raise InputError(
-            f"{audio.path}: expected a readable sound file, found {reason_of(error)}"
-        ) from error
+    with naming_sound(Path(audio.path)), soundfile.SoundFile(audio.path) as file:
+        rate_hz, first = file.samplerate, 0
+        size = max(1, round(_BLOCK_S * rate_hz))
+        for samples in file.blocks(size, dtype="int16", always_2d=True):
+            yield _sound(make, first, samples, rate_hz)
+            first += len(samples)
 
 
 def _sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:

@@ -2,8 +2,7 @@
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +23,7 @@ from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.run import AUDIO, VIDEO
 from afferents.recorder.session import RUN
+from afferents.recordings.audio import naming_sound
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
@@ -276,22 +276,12 @@ def _write_sound(files: _Files, target: Path) -> float:
     if start_s <= first_s and files.audio.suffix.lower() == ".wav":
         shutil.copyfile(files.audio, target)
         return start_s
-    with _naming_sound(files.audio):
+    with naming_sound(files.audio):
         samples, rate_hz = soundfile.read(str(files.audio), dtype="int16", always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
     soundfile.write(target, padded, rate_hz, "PCM_16", format="WAV")
     return float(start_s - missing / rate_hz)
-
-
-@contextmanager
-def _naming_sound(audio: Path) -> Iterator[None]:
-    try:
-        yield
-    except soundfile.SoundFileError as error:
-        raise InputError(
-            f"{audio}: expected a readable sound file, found {reason_of(error)}"
-        ) from error
 
 
 def _declare(files: _Files) -> dict[str, Any]:
@@ -303,7 +293,7 @@ def _declare(files: _Files) -> dict[str, Any]:
         "frame_height": video.height,
     }
     if files.audio is not None:
-        with _naming_sound(files.audio):
+        with naming_sound(files.audio):
             info = soundfile.info(str(files.audio))
         said |= {
             "sample_rate_hz": info.samplerate,

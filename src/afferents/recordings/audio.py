@@ -1,13 +1,14 @@
-"""What a wav file's own header declares; libsndfile counts what is there, whatever that says."""
+"""Sound files as vibration channels, whole or refused: libsndfile counts what is there."""
 
 import os
-import struct
+import re
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import soundfile
@@ -18,15 +19,12 @@ from afferents import dims
 from afferents.errors import InputError, reason_of
 from afferents.quality.sound import require_finite
 
-_UNKNOWN_BYTES = frozenset({0, 0xFFFFFFFF, 0xFFFFFFFFFFFFFFFF})
-"""Lengths that a recorder writes into a wav whose end it does not know yet."""
-_IN_DS64 = 0xFFFFFFFF
-"""Length of the data in a file of more than 4 GB: it stands in the chunk `ds64`, in 64 bits."""
-_PLAIN = frozenset({0x0001, 0x0003, 0x0006, 0x0007, 0xFFFE})
-"""Formats that write each sample by itself: integers, float, A-law, mu-law, extensible. In the
-others a block holds many samples."""
-_MOST_CHUNKS = 1000
-"""No recorder writes more; noise with a wav's first bytes would be walked for long."""
+_TOO_LONG = re.compile(r"^(?:data : (\d+) \(should|  Data size : (\d+))", re.MULTILINE)
+_A_SAMPLE = re.compile(r"^  Block Align +: (\d+)", re.MULTILINE)
+"""What libsndfile notes of a wav whose data are longer than the file (or of any of more than 4 GB),
+and of the bytes of a sample in all channels (of a compressed one, of a block of many)."""
+_OPEN = 0xFFFFFFFF
+"""Length that a recorder writes into a wav whose end it does not know yet."""
 
 
 def sound_name(path: Path) -> str | bytes:
@@ -34,59 +32,29 @@ def sound_name(path: Path) -> str | bytes:
     return str(path) if sys.platform == "win32" else os.fsencode(path)
 
 
-def declared_samples(path: Path) -> int | None:
-    """Return the samples a channel that a wav declares.
+@contextmanager
+def naming_sound(path: Path) -> Iterator[None]:
+    """Turn libsndfile's errors into a sentence that names the file.
 
-    Returns
-    -------
-    None where that can't be told: no wav, no data in it, a compressed format, or a length that the
-    recorder left open.
+    Raises
+    ------
+    InputError
+        If it can't be read.
     """
-    with path.open("rb") as file:
-        declared = _declared(file)
-    if declared is None:
-        return None
-    data_bytes, block_align = declared
-    return data_bytes // block_align if block_align else None
+    try:
+        yield
+    except soundfile.SoundFileError as error:
+        raise InputError(
+            f"{path}: expected a readable sound file, found {reason_of(error)}"
+        ) from error
 
 
-def _declared(file: BinaryIO) -> tuple[int, int] | None:
-    """Return bytes of data and bytes of a sample in all channels; None where not declared."""
-    head = file.read(12)
-    if head[:4] not in (b"RIFF", b"RIFX", b"RF64", b"BW64") or head[8:] != b"WAVE":
-        return None
-    order = ">" if head[:4] == b"RIFX" else "<"
-    long_bytes: int | None = None
-    block_align = 0
-    for name, n_bytes in _chunks(file, order):
-        if name == b"ds64":
-            sizes = file.read(16)
-            long_bytes = struct.unpack("<QQ", sizes)[1] if len(sizes) == 16 else None
-        elif name == b"fmt ":
-            fields = file.read(16)
-            if len(fields) < 16 or struct.unpack(f"{order}H", fields[:2])[0] not in _PLAIN:
-                return None
-            block_align = struct.unpack(f"{order}H", fields[12:14])[0]
-        elif name == b"data":
-            if n_bytes == _IN_DS64 and long_bytes is not None:
-                n_bytes = long_bytes
-            return None if n_bytes in _UNKNOWN_BYTES else (n_bytes, block_align)
-    return None
+def _declared(noted: str) -> int:
+    """Return the samples a channel that a wav declares beyond its end; 0 where it declares none."""
+    data, a_sample = _TOO_LONG.search(noted), _A_SAMPLE.search(noted)
+    n_bytes = int(data[1] or data[2]) if data else 0
+    return n_bytes // int(a_sample[1]) if a_sample and n_bytes != _OPEN else 0
 
-
-def _chunks(file: BinaryIO, order: str) -> Iterator[tuple[bytes, int]]:
-    """Yield name and length of each chunk, the file at its content."""
-    for _ in range(_MOST_CHUNKS):
-        head = file.read(8)
-        if len(head) < 8:
-            return
-        name, n_bytes = struct.unpack(f"{order}4sI", head)
-        content = file.tell()
-        yield name, n_bytes
-        file.seek(content + n_bytes + n_bytes % 2, os.SEEK_SET)
-
-
-# Sound files as vibration channels.
 
 _BLOCK = 1 << 16
 """Samples read at a time, so that the channels that are not wanted never fill the memory."""
@@ -130,16 +98,12 @@ class WavFile:
         """
         if not self.path.is_file():
             raise InputError(f"{self.path}: expected a sound file, found no such file")
-        try:
+        with naming_sound(self.path):
             info = soundfile.info(sound_name(self.path))
-        except soundfile.SoundFileError as error:
-            raise InputError(
-                f"{self.path}: expected a readable sound file, found {reason_of(error)}"
-            ) from error
         if info.frames == 0:
             raise InputError(f"{self.path}: expected a sound file with samples, found none in it")
-        declared = declared_samples(self.path)
-        if declared is not None and info.frames < declared:
+        declared = _declared(info.extra_info)
+        if info.frames < declared:
             raise self._too_short(declared, info.frames)
         return _Header(float(info.samplerate), int(info.frames), int(info.channels))
 
@@ -200,15 +164,10 @@ class WavFile:
             )
         samples = np.empty(self.n_samples, np.float32)
         n = 0
-        try:
-            with soundfile.SoundFile(sound_name(self.path)) as file:
-                for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
-                    samples[n : n + len(block)] = block[:, self.channel]
-                    n += len(block)
-        except soundfile.SoundFileError as error:
-            raise InputError(
-                f"{self.path}: expected a readable sound file, found {reason_of(error)}"
-            ) from error
+        with naming_sound(self.path), soundfile.SoundFile(sound_name(self.path)) as file:
+            for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
+                samples[n : n + len(block)] = block[:, self.channel]
+                n += len(block)
         if n < self.n_samples:
             raise self._too_short(self.n_samples, n)
         return samples
