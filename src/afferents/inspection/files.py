@@ -60,7 +60,7 @@ def inspect_video(
 ) -> Inspection:
     """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
     video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
-    found = Inspection(str(path), facts={"video": asdict(video_facts(video))})
+    found = Inspection(str(path), facts={"video": video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     found.sentences.append(
         f"Video of {declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."

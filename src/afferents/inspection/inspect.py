@@ -8,7 +8,7 @@ them.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -226,7 +226,7 @@ def look_at(
     try:
         with in_a_sentence(recording.name):
             doubts = data_set.check(recording)
-            row = asdict(facts(recording))
+            row = facts(recording)
             if sensor is None or recording.video is None:
                 doubts = doubts + doubts_without_tracking(recording)
             else:

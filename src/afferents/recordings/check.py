@@ -2,9 +2,10 @@
 
 import hashlib
 import json
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from afferents.errors import InputError, then
 from afferents.files import checksum, size_of
@@ -14,7 +15,7 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.media import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
-from afferents.store.recording import Recording, RecordingSet, Vibration
+from afferents.store.recording import Recording, RecordingSet
 
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
@@ -43,11 +44,13 @@ def require_own_files(session: RecordingSet) -> None:
     """
     by_size: dict[tuple[str, int], list[Path]] = {}
     for path in (path for recording in session.recordings for path in recording.files):
-        by_size.setdefault((path.name, _size(path)), []).append(path)
+        with _reading(path):
+            by_size.setdefault((path.name, size_of(path)), []).append(path)
     seen: dict[str, Path] = {}
     for (_, size), paths in by_size.items():
         for path in paths if size and len(paths) > 1 else ():  # empty ones are no recordings
-            other = seen.setdefault(_checksum(path), path)
+            with _reading(path):
+                other = seen.setdefault(checksum(path), path)
             if other != path:
                 raise InputError(
                     f"{path}: expected a recording of its own, found the same bytes as {other}; "
@@ -55,16 +58,10 @@ def require_own_files(session: RecordingSet) -> None:
                 )
 
 
-def _size(path: Path) -> int:
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
     try:
-        return size_of(path)
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable file, found {error.strerror}") from error
-
-
-def _checksum(path: Path) -> str:
-    try:
-        return checksum(path)
+        yield
     except OSError as error:
         raise InputError(f"{path}: expected a readable file, found {error.strerror}") from error
 
@@ -83,8 +80,10 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
         If a file can't be read, or is not the one that was declared.
     """
     expected = declared.checksums.get(recording.name, {})
-    found = {path.name: _checksum(path) for path in recording.files}
+    found: dict[str, str] = {}
     for path in recording.files:
+        with _reading(path):
+            found[path.name] = checksum(path)
         if expected.get(path.name, found[path.name]) != found[path.name]:
             raise InputError(
                 f"{path}: expected the file whose checksum {declared.file} declares, found "
@@ -172,64 +171,41 @@ def _doubt_lengths(
 
 # What a recording's headers say of it, for `inspect`.
 
-
-@dataclass(frozen=True)
-class VideoFacts:
-    """Size (px), nominal rate (Hz), declared number of frames and duration (s) of a video."""
-
-    width: int
-    height: int
-    fps_hz: float
-    n_frames: int
-    duration_s: float
+_OF_VIDEO = ("width", "height", "fps_hz", "n_frames", "duration_s")
+_OF_SOUND = ("n_channels", "sample_rate_hz", "n_samples")
 
 
-@dataclass(frozen=True)
-class VibrationFacts:
-    """Channels in the file, rate (Hz), samples in each channel and duration (s)."""
-
-    n_channels: int
-    sample_rate_hz: float
-    n_samples: int
-    duration_s: float
-
-
-@dataclass(frozen=True)
-class Facts:
-    """What there is of a recording; None where it has no video or no vibration channels."""
-
-    name: str
-    texture: str
-    speed_mm_s: float | None
-    video: VideoFacts | None
-    vibration: VibrationFacts | None
-
-
-def facts(recording: Recording) -> Facts:
+def facts(recording: Recording) -> dict[str, Any]:
     """Describe a recording by its headers; no frame or sample is decoded.
+
+    Returns
+    -------
+    dict
+        `name`, `texture`, `speed_mm_s`, `video` (see `video_facts`) and `vibration` (channels in
+        the file, Hz, samples in each, s), None where it has none.
 
     Raises
     ------
     InputError
         If one of its files is unreadable.
     """
-    return Facts(
-        recording.name,
-        recording.texture,
-        recording.speed_mm_s,
-        video_facts(recording.video) if isinstance(recording.video, ClipFile) else None,
-        _vibration_facts(recording.audio) if recording.audio is not None else None,
-    )
+    video, audio = recording.video, recording.audio
+    vibration = None
+    if audio is not None:
+        vibration = {name: getattr(audio, name) for name in _OF_SOUND}
+        vibration["duration_s"] = audio.n_samples / audio.sample_rate_hz
+    return {
+        "name": recording.name,
+        "texture": recording.texture,
+        "speed_mm_s": recording.speed_mm_s,
+        "video": video_facts(video) if isinstance(video, ClipFile) else None,
+        "vibration": vibration,
+    }
 
 
-def video_facts(video: ClipFile) -> VideoFacts:
-    """Return what a video's container declares."""
-    return VideoFacts(video.width, video.height, video.fps_hz, video.n_frames, video.duration_s)
-
-
-def _vibration_facts(audio: Vibration) -> VibrationFacts:
-    duration_s = audio.n_samples / audio.sample_rate_hz
-    return VibrationFacts(audio.n_channels, audio.sample_rate_hz, audio.n_samples, duration_s)
+def video_facts(video: ClipFile) -> dict[str, Any]:
+    """Return what a video's container declares: size (px), rate (Hz), frames, duration (s)."""
+    return {name: getattr(video, name) for name in _OF_VIDEO}
 
 
 # Whether a video's frame rate is wrong, as its number of frames and its sound tell.

@@ -34,7 +34,7 @@ from afferents.models.fitting import fit, recipes_of
 from afferents.models.learning_set import originals
 from afferents.models.model import Model
 from afferents.models.solved import MeanFusion
-from afferents.recordings.check import facts
+from afferents.recordings.check import ClipFile
 from afferents.recordings.session import Session
 from afferents.reporting.published import published_costs
 from afferents.reproduction.run_folder import duration
@@ -140,12 +140,11 @@ def require_length(session: Session, cut: Cut) -> None:
         Naming the first.
     """
     for recording in session.recordings if cut == "published" else ():
-        found = facts(recording)
-        if found.video is not None:
-            cut_frames(np.zeros(found.video.n_frames), cut, None, found.name)
-        if found.vibration is not None:
-            n, rate_hz = found.vibration.n_samples, found.vibration.sample_rate_hz
-            cut_audio(n, rate_hz, cut, None, found.name)
+        name, video, audio = recording.name, recording.video, recording.audio
+        if isinstance(video, ClipFile):
+            cut_frames(np.zeros(video.n_frames), cut, None, name)
+        if audio is not None:
+            cut_audio(audio.n_samples, audio.sample_rate_hz, cut, None, name)
 
 
 def estimate(
@@ -266,10 +265,9 @@ def track_first_frames(
 def n_frames(recording: Recording) -> int:
     """Return how many frames a recording's video declares; 0 if it can't be read."""
     try:
-        found = facts(recording).video
+        return recording.video.n_frames if isinstance(recording.video, ClipFile) else 0
     except AfferentsError:  # which is said when it is extracted
         return 0
-    return found.n_frames if found else 0
 
 
 # Trainings.

@@ -105,10 +105,14 @@ def test_facts_of_a_recording(make):
     recording = make()
     assert check_recording(recording, SessionFile(), {"length"}) == []
     found = facts(recording)
-    assert (found.video.width, found.video.height, found.video.n_frames) == (640, 480, 90)
-    assert found.video.duration_s == pytest.approx(1.0)
-    assert found.vibration.n_channels == 2
-    assert found.vibration.duration_s == pytest.approx(1.0)
+    assert (found["video"]["width"], found["video"]["height"], found["video"]["n_frames"]) == (
+        640,
+        480,
+        90,
+    )
+    assert found["video"]["duration_s"] == pytest.approx(1.0)
+    assert found["vibration"]["n_channels"] == 2
+    assert found["vibration"]["duration_s"] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
