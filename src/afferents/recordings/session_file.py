@@ -3,10 +3,12 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     PrivateAttr,
@@ -18,11 +20,54 @@ from pydantic import (
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 
-Conditions = Mapping[str, str | float]
-"""What else is known of a recording, by name: pressure, direction, trial."""
-
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100
+
+
+def _text_of(label: Any) -> Any:
+    """Return a number as the text that names a folder."""
+    return f"{label:g}" if type(label) in (int, float) else label
+
+
+def require_label(label: str) -> str:
+    """Return what may name a group of a store.
+
+    Raises
+    ------
+    ValueError
+        If it is empty, too long, begins with a dot, or holds a slash or a control character.
+    """
+    if not _LABEL.fullmatch(label) or len(label) > _LONGEST or label != label.strip():
+        raise ValueError("a label without '/' that does not begin with '.' or a space")
+    return label
+
+
+def _interval(steady: tuple[float, float]) -> tuple[float, float]:
+    if not 0 <= steady[0] < steady[1]:
+        raise ValueError("steady_s is [start, stop] with 0 <= start < stop")
+    return steady
+
+
+def _labels(name: str) -> str:
+    for part in name.split("/"):
+        require_label(part)
+    return name
+
+
+def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | float]:
+    for name in conditions:
+        require_label(name)
+    return conditions
+
+
+Label = Annotated[str, BeforeValidator(_text_of), AfterValidator(require_label)]
+Steady = Annotated[tuple[float, float], AfterValidator(_interval)]
+"""Start and stop, s."""
+Conditions = Annotated[Mapping[str, str | float], AfterValidator(_with_names)]
+"""What else is known of a recording, by name: pressure, direction, trial."""
+Text = Annotated[str, Field(min_length=1)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Index = Annotated[int, Field(ge=0)]
 
 
 class ListedRecording(BaseModel):
@@ -56,17 +101,17 @@ class ListedRecording(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    video: str | None = Field(None, min_length=1)
-    audio: str | None = Field(None, min_length=1)
-    texture: str
-    speed_mm_s: float | None = Field(None, gt=0, allow_inf_nan=False)
-    repetition: str | None = None
-    id: str | None = None
+    video: Text | None = None
+    audio: Text | None = None
+    texture: Label
+    speed_mm_s: Positive | None = None
+    repetition: Label | None = None
+    id: Annotated[str, AfterValidator(_labels)] | None = None
     conditions: Conditions = Field(default_factory=dict)
-    fps_hz: float | None = Field(None, gt=0, allow_inf_nan=False)
-    steady_s: tuple[float, float] | None = None
-    rest_frame: int | None = Field(None, ge=0)
-    sensor: str | None = Field(None, min_length=1)
+    fps_hz: Positive | None = None
+    steady_s: Steady | None = None
+    rest_frame: Index | None = None
+    sensor: Text | None = None
 
     @property
     def name(self) -> str:
@@ -80,66 +125,6 @@ class ListedRecording(BaseModel):
         if self.video is None and self.audio is None:
             raise ValueError("a video, audio, or both")
         return self
-
-    @field_validator("texture", "repetition", mode="before")
-    @classmethod
-    def _may_be_a_number(cls, label: Any) -> Any:
-        return text_of(label)
-
-    @field_validator("texture", "repetition")
-    @classmethod
-    def _is_a_label(cls, label: str | None) -> str | None:
-        return label if label is None else require_label(label)
-
-    @field_validator("id")
-    @classmethod
-    def _is_a_path_of_labels(cls, name: str | None) -> str | None:
-        for part in name.split("/") if name is not None else ():
-            require_label(part)
-        return name
-
-    @field_validator("conditions")
-    @classmethod
-    def _conditions_have_names(cls, given: Conditions) -> Conditions:
-        for name in given:
-            require_label(name)
-        return given
-
-    @field_validator("steady_s")
-    @classmethod
-    def _steady_is_an_interval(cls, steady: tuple[float, float] | None) -> object:
-        return require_interval(steady)
-
-
-def text_of(label: Any) -> Any:
-    """Return a number as the text that names a folder."""
-    return f"{label:g}" if type(label) in (int, float) else label
-
-
-def require_label(label: str) -> str:
-    """Return what may name a group of a store.
-
-    Raises
-    ------
-    ValueError
-        If it is empty, too long, begins with a dot, or holds a slash or a control character.
-    """
-    if not _LABEL.fullmatch(label) or len(label) > _LONGEST or label != label.strip():
-        raise ValueError("a label without '/' that does not begin with '.' or a space")
-    return label
-
-
-def require_interval(steady: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Return start and stop, s, if they are such.
-
-    Raises
-    ------
-    ValueError
-        If they are not.
-    """
-    if steady is not None and not 0 <= steady[0] < steady[1]:
-        raise ValueError("steady_s is [start, stop] with 0 <= start < stop")
-    return steady
 
 
 # `session.toml`, which people write, and `session.json`, which programs write: one form.
@@ -212,8 +197,8 @@ class SessionFile(BaseModel):
     fps_hz: float | None = Field(90, gt=0)
     frame_width: int | None = Field(640, ge=1)
     frame_height: int | None = Field(480, ge=1)
-    steady_s: tuple[float, float] | None = None
-    holes: tuple[tuple[str, float], ...] = ()
+    steady_s: Steady | None = None
+    holes: tuple[tuple[Annotated[str, BeforeValidator(_text_of)], float], ...] = ()
     direction: str = Field("+x", pattern=r"^[+-][xy]$")
     simulated: bool = False
     checksums: Mapping[str, Mapping[str, str]] = Field(default_factory=dict)
@@ -271,13 +256,6 @@ class SessionFile(BaseModel):
             raise ValueError("fps_overrules needs fps_hz, the true frame rate")
         return self
 
-    @field_validator("holes", mode="before")
-    @classmethod
-    def _textures_may_be_numbers(cls, holes: object) -> object:
-        if not isinstance(holes, list | tuple):
-            return holes
-        return tuple(_named(hole) for hole in holes)
-
     @field_validator("sensor_channel")
     @classmethod
     def _sensor_is_on_a_channel(cls, channel: int | None, info: ValidationInfo) -> int | None:
@@ -286,30 +264,11 @@ class SessionFile(BaseModel):
             raise ValueError("counted from 0, below audio_channels")
         return channel
 
-    @field_validator("steady_s")
-    @classmethod
-    def _steady_is_an_interval(cls, steady: tuple[float, float] | None) -> object:
-        return require_interval(steady)
-
-    @field_validator("conditions")
-    @classmethod
-    def _conditions_have_names(cls, given: Conditions) -> Conditions:
-        for name in given:
-            require_label(name)
-        return given
-
 
 class _Strict(SessionFile):
     """The same, where an unknown key is a slip of the pen."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-def _named(hole: object) -> object:
-    """Return ``[texture, speed]`` with the texture as a folder name."""
-    if isinstance(hole, list | tuple) and len(hole) == 2:
-        return (text_of(hole[0]), hole[1])
-    return hole
 
 
 def rate_in(fps_hz: float) -> float:
