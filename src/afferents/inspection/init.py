@@ -24,9 +24,20 @@ from afferents.recordings.media import is_sound, media_in, named
 from afferents.recordings.session import read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
+from afferents.store.recording import RecordingSet
+
+MARK = "written by 'afferents init'"
 
 
-def is_of_tables(folder: Path) -> bool:
+@dataclass(frozen=True)
+class FirstSession:
+    """The session file (or `dataset.toml`) that was written, and sentences on what it rests on."""
+
+    path: Path
+    sentences: list[str]
+
+
+def _is_of_tables(folder: Path) -> bool:
     """Tell whether a folder holds tables, and neither videos nor sound nor images."""
     try:
         return bool(tables_in(folder)) and not media_in(folder)
@@ -34,36 +45,24 @@ def is_of_tables(folder: Path) -> bool:
         return False
 
 
-def first_data_set(folder: Path, mark: str, force: bool) -> tuple[Path, list[str]]:
-    """Write a first `dataset.toml` into a folder of tables.
-
-    Parameters
-    ----------
-    mark
-        What such a file is recognised by.
-    force
-        Whether one that was written so before may be replaced.
-
-    Returns
-    -------
-    tuple
-        Where it is, and sentences on what was guessed.
-
-    Raises
-    ------
-    InputError
-        If the folder has one already, or its first table can't be read.
-    """
+def _first_data_set(folder: Path, force: bool) -> FirstSession:
+    """Write a first `dataset.toml` into a folder of tables."""
     target = folder / DATA_SET_FILE
-    what = "a description of a data set"
-    require_free(target, what, lambda path: has_mark(path, mark), force=force)
+    _require_free(target, "a description of a data set", force)
     lines, said = guess_data_set(folder, tables_in(folder))
-    head = [
-        f"# A first description of these tables, {mark}: please check it.",
+    write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
+    return FirstSession(target, [*said, _outcome_of_tables(folder)])
+
+
+def _require_free(target: Path, what: str, force: bool) -> None:
+    require_free(target, what, lambda path: has_mark(path, MARK), force=force)
+
+
+def _head(what: str) -> list[str]:
+    return [
+        f"# A first {what}, {MARK}: please check it.",
         "# All that can stand here is described in docs/your-data.md.",
     ]
-    write_text(target, "\n".join([*head, *lines]) + "\n")
-    return target, [*said, _outcome_of_tables(folder)]
 
 
 def _outcome_of_tables(folder: Path) -> str:
@@ -75,24 +74,15 @@ def _outcome_of_tables(folder: Path) -> str:
                 recording.audio.read()
     except InputError as error:
         return f"To be mended before it can be learnt from: {error}."
+    return f"{_counted(session)}: check all with 'afferents inspect'."
+
+
+def _counted(session: RecordingSet) -> str:
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures at "
-        f"{speeds + ' mm/s' if speeds else 'unknown speed'}: check all with 'afferents inspect'."
+        f"{speeds + ' mm/s' if speeds else 'unknown speed'}"
     )
-
-
-# A first `session.toml` for a folder of recordings: what was found, and what was guessed.
-
-MARK = "written by 'afferents init'"
-
-
-@dataclass(frozen=True)
-class FirstSession:
-    """The session file (or `dataset.toml`) that was written, and sentences on what it rests on."""
-
-    path: Path
-    sentences: list[str]
 
 
 @dataclass(frozen=True)
@@ -126,31 +116,43 @@ class _Found:
         return [path for path in self.media if path not in self.broken]
 
 
-def first_session(folder: Path, force: bool = False) -> FirstSession:
-    """Write a first `session.toml` into a folder of recordings; say what was guessed.
-
-    Into a folder of tables, a `dataset.toml`.
+def init_session(folder: Place, force: bool = False) -> FirstSession:
+    """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
 
     Parameters
     ----------
+    folder
+        Holds videos of any container, sound, or folders of numbered images; or tables alone.
     force
         Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    FirstSession
+        The `path` of the file, and `sentences` on what was guessed and is to be checked.
 
     Raises
     ------
     InputError
-        If the folder holds no recordings, or has a session file already.
+        If there are no recordings in the folder, or a session file is there.
+
+    Examples
+    --------
+    >>> made = init_session("clips")
+    >>> made.path.name
+    'session.toml'
     """
+    folder = Path(folder)
     if not folder.is_dir():
         found_there = "a file" if folder.exists() else "no such folder"
         raise InputError(f"{folder}: expected a folder of recordings, found {found_there}")
-    if is_of_tables(folder):
-        return FirstSession(*first_data_set(folder, MARK, force))
+    if _is_of_tables(folder):
+        return _first_data_set(folder, force)
     target = folder / SESSION_TOML
     if (folder / SESSION_FILE).exists():
         do = "it says already what a session file says"
         raise InputError(f"{folder}: expected a folder without {SESSION_FILE}, found one{then(do)}")
-    require_free(target, "a session file", lambda path: has_mark(path, MARK), force=force)
+    _require_free(target, "a session file", force)
     found = _look(folder)
     lines, sentences = _written(found)
     write_text(target, "\n".join(lines) + "\n")
@@ -201,11 +203,7 @@ def _sensors_in(folder: Path) -> list[str]:
 
 def _written(found: _Found) -> tuple[list[str], list[str]]:
     """Return the lines of a session file, and sentences on what they rest on."""
-    head = [
-        f"# A first session file, {MARK}: please check it.",
-        "# All that can stand here is described in docs/your-data.md.",
-        "",
-    ]
+    head = [*_head("session file"), ""]
     videos = [path for path in found.readable if not is_sound(Path(path))]
     pattern = None if found.in_layout else guess_pattern(videos or found.readable)
     if found.in_layout:
@@ -338,36 +336,4 @@ def _outcome(folder: Path) -> str:
         session = read_session(folder)
     except InputError as error:
         return f"To be mended before it is a session: {error}."
-    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
-    return f"{len(session.recordings)} recordings of {len(session.textures)} textures at " + (
-        f"{speeds} mm/s." if speeds else "unknown speed."
-    )
-
-
-def init_session(folder: Place, force: bool = False) -> "FirstSession":
-    """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
-
-    Parameters
-    ----------
-    folder
-        Holds videos of any container, sound, or folders of numbered images; or tables alone.
-    force
-        Whether one that was written so before may be replaced.
-
-    Returns
-    -------
-    FirstSession
-        The `path` of the file, and `sentences` on what was guessed and is to be checked.
-
-    Raises
-    ------
-    InputError
-        If there are no recordings in the folder, or a session file is there.
-
-    Examples
-    --------
-    >>> made = init_session("clips")
-    >>> made.path.name
-    'session.toml'
-    """
-    return first_session(Path(folder), force)
+    return f"{_counted(session)}."

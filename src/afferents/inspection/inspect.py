@@ -142,35 +142,68 @@ MOST_LOST = 0.01
 """Share of marker positions lost beyond which a recording is named."""
 
 
-def inspect_data(
-    source: str | Path | DataSet,
-    out: Path,
-    sensor: Sensor | None,
-    progress: Progress,
-    overlay: Path | None = None,
+def inspect(
+    source: Data,
+    out: Place | None = None,
+    sensor: str | Path | Sensor | None = None,
+    overlay: Place | None = None,
     force: bool = False,
+    quiet: bool = False,
     fps_hz: float | None = None,
 ) -> Inspection:
-    """Look at a video, a wav file, a session, a store or another data set.
+    """Say what is in a file or session and whether it is sound, and draw pictures of it.
 
     Parameters
     ----------
+    source
+        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
+        a `DataSet` of your own.
     out
-        Folder for the pictures.
+        Folder for the pictures; None for ``NAME-inspected``.
     sensor
-        For a video; None to recognise or estimate it.
+        Whose markers to look for.
     overlay
-        For a video; where to write it with its markers drawn in.
+        Video to write with the markers drawn in, such as ``o.mp4``; None for none.
     force
-        Whether an overlay that was written there before may be replaced.
+        Whether one that was written there before may be replaced.
+    quiet
+        Whether no progress is shown.
     fps_hz
-        True frame rate of the video or videos, where their containers' is wrong.
+        True frame rate of the video or of a session's, where their containers' is wrong.
+
+    Returns
+    -------
+    Inspection
+        Sentences, problems, pictures and facts.
 
     Raises
     ------
     InputError
-        If there is nothing there, or nothing that can be read.
+        If there is nothing that can be read, or the folder for the pictures holds something else.
+
+    Examples
+    --------
+    >>> found = inspect("session/1/20/audio.wav", out="pictures")
+    >>> [picture.name for picture in found.pictures]
+    ['vibration.png']
     """
+    given = None if sensor is None else sensor_in(sensor)
+    drawn = None if overlay is None else Path(overlay)
+    if out is None:
+        out = f"{Path(str(source).rpartition(':')[2].rstrip('/')).stem or 'source'}-inspected"
+    with Progress(quiet) as progress:
+        return _inspect(source, Path(out), given, progress, drawn, force, fps_hz)
+
+
+def _inspect(
+    source: Data,
+    out: Path,
+    sensor: Sensor | None,
+    progress: Progress,
+    overlay: Path | None,
+    force: bool,
+    fps_hz: float | None,
+) -> Inspection:
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_wav = path.suffix.lower() == ".wav"
     if overlay is not None and (is_wav or not path.is_file()):
@@ -399,56 +432,3 @@ def inspect_responses(
         figure = steadiness_figure(rows, APART, f"{source}, middle of each recording")
         found.pictures = [save_figure(figure, out / STEADINESS)]
     return found
-
-
-def inspect(
-    source: Data,
-    out: Place | None = None,
-    sensor: "str | Path | Sensor | None" = None,
-    overlay: Place | None = None,
-    force: bool = False,
-    quiet: bool = False,
-    fps_hz: float | None = None,
-) -> "Inspection":
-    """Say what is in a file or session and whether it is sound, and draw pictures of it.
-
-    Parameters
-    ----------
-    source
-        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
-        a `DataSet` of your own.
-    out
-        Folder for the pictures; None for ``NAME-inspected``.
-    sensor
-        Whose markers to look for.
-    overlay
-        Video to write with the markers drawn in, such as ``o.mp4``; None for none.
-    force
-        Whether one that was written there before may be replaced.
-    quiet
-        Whether no progress is shown.
-    fps_hz
-        True frame rate of the video or of a session's, where their containers' is wrong.
-
-    Returns
-    -------
-    Inspection
-        Sentences, problems, pictures and facts.
-
-    Raises
-    ------
-    InputError
-        If there is nothing that can be read, or the folder for the pictures holds something else.
-
-    Examples
-    --------
-    >>> found = inspect("session/1/20/audio.wav", out="pictures")
-    >>> [picture.name for picture in found.pictures]
-    ['vibration.png']
-    """
-    name = Path(str(source).rpartition(":")[2].rstrip("/")).stem or "source"
-    given = None if sensor is None else sensor_in(sensor)
-    folder = Path(out) if out is not None else Path(f"{name}-inspected")
-    drawn = None if overlay is None else Path(overlay)
-    with Progress(quiet) as progress:
-        return inspect_data(source, folder, given, progress, drawn, force, fps_hz)

@@ -15,7 +15,7 @@ from afferents.evaluation.data import open_data, recordings_in
 from afferents.evaluation.encode import Source, encode
 from afferents.extraction.copies import NAMED, Likeness, warn_of_copies, warning_of
 from afferents.inspection.files import level_sentences
-from afferents.inspection.inspect import inspect_data
+from afferents.inspection.inspect import inspect
 from afferents.markers.quality import find_hidden_markers
 from afferents.progress import Progress
 from afferents.store.zarr_store import open_responses, write_responses
@@ -56,7 +56,7 @@ def noisy(sounds, tmp_path):
 
 
 def look(source, tmp_path):
-    return inspect_data(str(source), tmp_path / "pictures", None, Progress(quiet=True))
+    return inspect(str(source), tmp_path / "pictures", quiet=True)
 
 
 def test_a_frozen_picture_is_refused(run, fails, frozen, tmp_path):

@@ -5,15 +5,14 @@ import shutil
 import numpy as np
 import pytest
 
-from afferents.inspection.inspect import inspect_data, too_short_sentences
-from afferents.progress import Progress
+from afferents.inspection.inspect import inspect, too_short_sentences
 
 HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
 
 
 @pytest.fixture
 def look(tmp_path):
-    return lambda source: inspect_data(str(source), tmp_path / "out", None, Progress(quiet=True))
+    return lambda source: inspect(str(source), tmp_path / "out", quiet=True)
 
 
 def test_every_broken_slide_is_named(look, tmp_path):

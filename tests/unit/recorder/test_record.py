@@ -15,7 +15,7 @@ import afferents
 from afferents.devices import ByHand
 from afferents.errors import InputError
 from afferents.folds.held_out import split_named
-from afferents.inspection.inspect import inspect_data
+from afferents.inspection.inspect import inspect
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.plan import read_plan
@@ -224,8 +224,7 @@ def test_inspect_says_how_the_clocks_went(faulty, tmp_path):
 
 
 def inspected(session):
-    with Progress(quiet=True) as progress:
-        found = inspect_data(session, session.parent / "look", None, progress)
+    found = inspect(session, session.parent / "look", quiet=True)
     shutil.rmtree(session.parent / "look", ignore_errors=True)
     return " ".join([*found.sentences, *found.problems])
 
