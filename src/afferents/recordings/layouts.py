@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from afferents.errors import InputError, then
+from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
     SPEED,
@@ -18,7 +18,7 @@ from afferents.recordings.media import (
 )
 from afferents.recordings.session_file import ListedRecording, SessionFile, require_label
 from afferents.recordings.video import VideoFile
-from afferents.store.recording import Recording, Vibration, Video
+from afferents.store.recording import Recording, Video
 
 # The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
 #
@@ -53,7 +53,12 @@ def _conditions(root: Path) -> Iterator[Path]:
         for speed in _folders(texture):
             repetitions = [folder for folder in _folders(speed) if _is_recorded(folder)]
             if _is_recorded(speed):
-                _require_alone(speed, repetitions)
+                if repetitions:
+                    raise InputError(
+                        f"{speed}: expected a recording, or repetitions of it in folders of their "
+                        f"own, found both ({repetitions[0].name} among them); move its files into "
+                        "a folder of its own"
+                    )
                 yield speed
             yield from repetitions
 
@@ -83,51 +88,44 @@ def _video_in(folder: Path) -> Path | None:
     return found[0] if found else None
 
 
-def _require_alone(folder: Path, inside: list[Path]) -> None:
-    if inside:
-        raise InputError(
-            f"{folder}: expected a recording, or repetitions of it in folders of their own, found "
-            f"both ({inside[0].name} among them); move its files into a folder of its own"
-        )
-
-
 def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
     texture, speed, *repetition = folder.relative_to(root).parts
     if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
         where = root / texture / speed
         raise InputError(f"{where}: expected a folder named by its speed in mm/s, found '{speed}'")
-    direction = {"direction": declared.direction}
     again = {"repetition": repetition[0]} if repetition else {}
+    video, audio = _video_in(folder), folder / AUDIO
     return Recording(
         name="/".join((texture, speed, *repetition)),
         texture=texture,
         speed_mm_s=float(speed),
         source=folder,
-        video=_video(folder, declared),
-        audio=_audio(folder / AUDIO, sensor_channel(declared)),
+        video=_video(video, declared) if video else None,
+        audio=WavFile(audio, declared.channel) if audio.is_file() else None,
         steady_s=declared.steady_s,
-        conditions={**direction, **declared.conditions, **again},
+        conditions={"direction": declared.direction, **declared.conditions, **again},
         rest_frame=declared.rest_frame,
         named_by_spacing=True,
     )
 
 
-def _video(folder: Path, declared: SessionFile) -> Video | None:
-    path = _video_in(folder)
-    if path is not None and path.is_dir():
-        said = "fps_hz" in declared.model_fields_set
-        return images(path, declared.fps_hz if said else None, declared)
-    return None if path is None else VideoFile(path, overruling(declared))
+def _video(path: Path, declared: SessionFile, own_hz: float | None = None) -> Video:
+    """Return a video, or a folder of images as one; `own_hz` is what is said of it alone."""
+    if not path.is_dir():
+        return VideoFile(path, own_hz or (declared.fps_hz if declared.fps_overrules else None))
+    fps_hz = own_hz or (declared.fps_hz if "fps_hz" in declared.model_fields_set else None)
+    if fps_hz is None:
+        raise InputError(
+            f"{path}: expected the rate at which the images were taken, found none; write fps_hz "
+            f"into {declared.file}"
+        )
+    return ImageFolder(path, fps_hz)
 
 
 def reference_in(recording: Recording) -> Video | None:
     """Return the video that fixes the order of the markers, beside the first recording."""
     path = recording.source / REFERENCE
     return VideoFile(path) if path.is_file() else None
-
-
-def _audio(path: Path, channel: int) -> Vibration | None:
-    return WavFile(path, channel) if path.is_file() else None
 
 
 # Recordings that a session file names, one by one or by a pattern.
@@ -203,8 +201,8 @@ def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
         other = by_name.setdefault(entry.name, entry)
         if other is not entry:
             raise InputError(
-                f"{where}: expected recordings with an id each, found {_file(other)} and "
-                f"{_file(entry)}, both {entry.name}; give them a repetition or an id, or name in "
+                f"{where}: expected recordings with an id each, found {other.file} and "
+                f"{entry.file}, both {entry.name}; give them a repetition or an id, or name in "
                 "the pattern what differs"
             )
     for name in by_name:
@@ -216,22 +214,18 @@ def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
                 )
 
 
-def _file(entry: ListedRecording) -> str:
-    return entry.video or entry.audio or ""
-
-
 def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
     repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
     said = "direction" in declared.model_fields_set
     direction = {"direction": declared.direction} if said else {}
-    given = entry.video or entry.audio or ""
+    video, audio = (_there(root, file, declared) for file in (entry.video, entry.audio))
     return Recording(
         name=entry.name,
         texture=entry.texture,
         speed_mm_s=entry.speed_mm_s,
-        source=root / given,
-        video=_listed_video(root, entry, declared) if entry.video else None,
-        audio=_listed_audio(root, entry, declared) if entry.audio else None,
+        source=root / entry.file,
+        video=_video(video, declared, entry.fps_hz) if video else None,
+        audio=WavFile(audio, declared.channel) if audio else None,
         steady_s=entry.steady_s or declared.steady_s,
         conditions={**direction, **declared.conditions, **repetition, **entry.conditions},
         sensor=sensor_named(root, entry.sensor) if entry.sensor else None,
@@ -245,49 +239,13 @@ def sensor_named(root: Path, name: str) -> str:
     return str(path) if path.is_file() or Path(name).suffix else name
 
 
-def _listed_video(root: Path, entry: ListedRecording, declared: SessionFile) -> Video:
-    path = root / (entry.video or "")
-    _require_there(root, path, declared)
-    if path.is_dir():
-        return images(path, entry.fps_hz or declared.fps_hz, declared)
-    return VideoFile(path, entry.fps_hz or overruling(declared))
-
-
-def _listed_audio(root: Path, entry: ListedRecording, declared: SessionFile) -> Vibration:
-    path = root / (entry.audio or "")
-    _require_there(root, path, declared)
-    return WavFile(path, sensor_channel(declared))
-
-
-def sensor_channel(declared: SessionFile) -> int:
-    """Return the sensor's channel in all sound files, the last where nothing says so."""
-    return -1 if declared.sensor_channel is None else declared.sensor_channel
-
-
-def overruling(declared: SessionFile) -> float | None:
-    """Return the frame rate that counts instead of all containers', Hz; None where theirs do."""
-    return declared.fps_hz if declared.fps_overrules else None
-
-
-def images(path: Path, fps_hz: float | None, declared: SessionFile) -> ImageFolder:
-    """Return a folder of images as a video.
-
-    Raises
-    ------
-    InputError
-        If nothing says how fast they were taken.
-    """
-    if fps_hz is None:
-        do = f"write fps_hz into {declared.file}"
-        raise InputError(
-            f"{path}: expected the rate at which the images were taken, found none{then(do)}"
-        )
-    return ImageFolder(path, fps_hz)
-
-
-def _require_there(root: Path, path: Path, declared: SessionFile) -> None:
-    if path.exists():
-        return
-    there = media_in(root)
-    found = f"no such file (there are {named(root, there)})" if there else "no such file"
-    raise InputError(f"{path}: expected a recording that {declared.file} names, found {found}")
+def _there(root: Path, file: str | None, declared: SessionFile) -> Path | None:
+    """Return where a file is that a session names; None for none."""
+    if file is None or (root / file).exists():
+        return root / file if file else None
+    found = "no such file"
+    if there := media_in(root):
+        found += f" (there are {named(root, there)})"
+    raise InputError(
+        f"{root / file}: expected a recording that {declared.file} names, found {found}"
+    )

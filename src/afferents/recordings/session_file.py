@@ -120,6 +120,11 @@ class ListedRecording(BaseModel):
         parts = (self.texture, speed, self.repetition)
         return self.id or "/".join(part for part in parts if part is not None)
 
+    @property
+    def file(self) -> str:
+        """Its video, else its sound."""
+        return self.video or self.audio or ""
+
     @model_validator(mode="after")
     def _has_a_file(self) -> "ListedRecording":
         if self.video is None and self.audio is None:
@@ -217,6 +222,11 @@ class SessionFile(BaseModel):
     def file(self) -> str:
         """The name of the file that says so, or should."""
         return self._file
+
+    @property
+    def channel(self) -> int:
+        """The sensor's channel in all sound files; -1, the last, where nothing says so."""
+        return -1 if self.sensor_channel is None else self.sensor_channel
 
     @property
     def names_files(self) -> bool:
