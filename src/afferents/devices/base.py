@@ -4,12 +4,13 @@ All times are seconds of the monotonic clock (``time.monotonic()``), so that pic
 and drum can be laid on one another.
 """
 
+import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,7 +188,26 @@ class Device(ABC):
         self.close()
 
 
-class Camera(Device):
+class _Stream(Device):
+    """Gives frames or blocks, in a thread of its own, until it is told to end."""
+
+    kind: ClassVar[str]
+
+    def __init__(self, options: Any) -> None:
+        """Touch nothing yet."""
+        self.options = options
+        self._ended = threading.Event()
+
+    def end(self) -> None:
+        """Let it end soon; may be called from another thread. `close` it afterwards."""
+        self._ended.set()
+
+    def _lost(self, why: str) -> DeviceError:
+        name = f"{self.kind} {self.options.device}"
+        return DeviceError(f"{name}: lost ({why}); plug it in again")
+
+
+class Camera(_Stream):
     """Gives frames as the driver gave them.
 
     Attributes
@@ -196,6 +216,7 @@ class Camera(Device):
         As read back; there once it is open.
     """
 
+    kind = "camera"
     settings: CameraSettings
 
     @abstractmethod
@@ -208,12 +229,8 @@ class Camera(Device):
             When it is unplugged or gives no more frames.
         """
 
-    @abstractmethod
-    def end(self) -> None:
-        """Let `frames` end soon; may be called from another thread. `close` it afterwards."""
 
-
-class Microphone(Device):
+class Microphone(_Stream):
     """Gives blocks of sound.
 
     Attributes
@@ -222,6 +239,7 @@ class Microphone(Device):
         As read back; there once it is open.
     """
 
+    kind = "microphone"
     settings: MicrophoneSettings
 
     @abstractmethod
@@ -233,10 +251,6 @@ class Microphone(Device):
         DeviceError
             When it is unplugged or gives no more sound.
         """
-
-    @abstractmethod
-    def end(self) -> None:
-        """Let `blocks` end soon; may be called from another thread. `close` it afterwards."""
 
 
 class Drive(Device):

@@ -4,7 +4,6 @@ FFmpeg hides the driver's numbers: what can't be known stands in the settings as
 """
 
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -13,7 +12,7 @@ import av
 from av.container import InputContainer
 from pydantic import Field
 
-from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame, Options
+from afferents.devices.base import Camera, CameraSettings, Frame, Options
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError, reason_of
 
@@ -55,13 +54,13 @@ class PortableCamera(Camera):
     """A camera through FFmpeg: JPEGs as they came where the camera gives them, else raw pixels."""
 
     Options = PortableOptions
+    options: PortableOptions
 
     def __init__(self, options: PortableOptions) -> None:
         """Touch nothing yet."""
-        self.options = options
+        super().__init__(options)
         self._driver = options.driver or DRIVERS.get(sys.platform, "v4l2")
         self._container: InputContainer | None = None
-        self._ended = threading.Event()
 
     def open(self) -> None:
         """Open it.
@@ -88,10 +87,6 @@ class PortableCamera(Camera):
             float(stream.guessed_rate or stream.average_rate or 0) or float("nan"), {}, UNKNOWN,
         )  # fmt: skip
 
-    def end(self) -> None:
-        """Let `frames` end after the next frame."""
-        self._ended.set()
-
     def close(self) -> None:
         """Let it go."""
         self.end()
@@ -102,7 +97,7 @@ class PortableCamera(Camera):
     def frames(self) -> Iterator[Frame]:
         """Yield what FFmpeg gives, numbered here."""
         if self._container is None:
-            raise DeviceError(f"camera {self.options.device}: it is not open")
+            raise self._lost("it is not open")
         self._ended.clear()
         stream, clock = self._container.streams.video[0], HostClock()
         try:
@@ -120,9 +115,6 @@ class PortableCamera(Camera):
         except (av.FFmpegError, OSError) as error:
             raise self._lost(reason_of(error).lower()) from error
         raise self._lost("no more frames")
-
-    def _lost(self, why: str) -> DeviceError:
-        return DeviceError(f"camera {self.options.device}: lost ({why}); plug it in again")
 
     def _opened(self) -> InputContainer:
         options, asked = self.options, [{"fflags": "nobuffer"}]

@@ -1,6 +1,5 @@
 """A microphone through PortAudio (sounddevice)."""
 
-import threading
 import time
 from collections.abc import Iterator
 from queue import Empty, SimpleQueue
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from afferents.devices.base import Block, DeviceError, Microphone, MicrophoneSettings, Options
+from afferents.devices.base import Block, Microphone, MicrophoneSettings, Options
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError
 
@@ -57,13 +56,13 @@ class PortAudioMicrophone(Microphone):
     """
 
     Options = PortAudioOptions
+    options: PortAudioOptions
 
     def __init__(self, options: PortAudioOptions) -> None:
         """Touch nothing yet."""
-        self.options = options
+        super().__init__(options)
         self._stream: Any = None
         self._opened = False
-        self._ended = threading.Event()
 
     def open(self) -> None:
         """Open it; PortAudio is told to look for devices again if it was open before.
@@ -91,10 +90,6 @@ class PortAudioMicrophone(Microphone):
             name, float(self._stream.samplerate), int(self._stream.channels)
         )
 
-    def end(self) -> None:
-        """Let `blocks` end within a tenth of a second."""
-        self._ended.set()
-
     def close(self) -> None:
         """Let it go."""
         self.end()
@@ -120,9 +115,6 @@ class PortAudioMicrophone(Microphone):
                 continue
             last_s = time.monotonic()
             yield block
-
-    def _lost(self, why: str) -> DeviceError:
-        return DeviceError(f"microphone {self.options.device}: lost ({why}); plug it in again")
 
     def _start(self, portaudio: ModuleType, size: int) -> Any:
         options = self.options

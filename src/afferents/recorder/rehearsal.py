@@ -250,10 +250,6 @@ class _OnBench:
         """End."""
         self._ended.set()
 
-    def end(self) -> None:
-        """Let frames or blocks end soon."""
-        self._ended.set()
-
 
 class SimulatedCameraOptions(FaultOptions):
     """A camera and its faults.

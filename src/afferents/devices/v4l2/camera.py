@@ -8,14 +8,13 @@ import ctypes
 import errno
 import mmap
 import select
-import threading
 import time
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame, Options
+from afferents.devices.base import Camera, CameraSettings, Frame, Options
 from afferents.devices.v4l2 import abi
 from afferents.devices.v4l2.node import (
     EXPOSURE,
@@ -93,12 +92,12 @@ class V4l2Camera(Camera):
     """A camera of Linux: every buffer with its number, time and error flag."""
 
     Options = V4l2Options
+    options: V4l2Options
 
     def __init__(self, options: V4l2Options) -> None:
         """Touch nothing yet."""
-        self.options = options
+        super().__init__(options)
         self._node: Node | None = None
-        self._ended = threading.Event()
 
     def open(self) -> None:
         """Open it, set format, rate and controls, and read all back.
@@ -120,10 +119,6 @@ class V4l2Camera(Camera):
             self.close()
             raise
 
-    def end(self) -> None:
-        """Let `frames` end within a tenth of a second."""
-        self._ended.set()
-
     def close(self) -> None:
         """Let it go."""
         self.end()
@@ -134,7 +129,7 @@ class V4l2Camera(Camera):
     def frames(self) -> Iterator[Frame]:
         """Yield every buffer that the driver gives."""
         if self._node is None:
-            raise DeviceError(f"camera {self.options.path}: it is not open")
+            raise self._lost("it is not open")
         self._ended.clear()
         node = self._node
         try:
@@ -174,9 +169,6 @@ class V4l2Camera(Camera):
             bool(buffer.flags & abi.BUFFER_ERROR),
             buffers[buffer.index][: buffer.bytesused],
         )
-
-    def _lost(self, why: str) -> DeviceError:
-        return DeviceError(f"camera {self.options.path}: lost ({why}); plug it in again")
 
     def _set(self, node: Node) -> CameraSettings:
         options = self.options
