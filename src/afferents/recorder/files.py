@@ -1,7 +1,7 @@
 """What a run leaves on disk: frames as they came, each with its own time, and sound."""
 
-import os
 import struct
+import wave
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -127,8 +127,9 @@ class VideoWriter:
 
 # A microphone's samples: a wav whose header is right with each block, and its repair.
 
-_HEADER = struct.Struct("<4sI4s4sIHHIIHH4sI")
-HEADER_BYTES, SAMPLE_BYTES = _HEADER.size, 2
+HEADER_BYTES, SAMPLE_BYTES = 44, 2
+_LENGTHS_AT = (4, 40)
+"""Where the header says how many bytes there are after its eighth, and how many are samples."""
 
 
 class SoundWriter:
@@ -145,49 +146,41 @@ class SoundWriter:
     def __init__(self, path: Path, rate_hz: float, channels: int) -> None:
         """Open the file."""
         self.path, self.n_samples = path, 0
-        self._rate_hz, self._channels = round(rate_hz), channels
         self._file = path.open("wb")
+        self._wav = wave.open(self._file, "wb")  # noqa: SIM115 (closed below)
+        self._wav.setparams((channels, SAMPLE_BYTES, round(rate_hz), 0, "NONE", ""))
         self.write(np.empty((0, channels), np.int16))
 
     def write(self, samples: NDArray[np.int16]) -> None:
         """Write samples, (n, channel), and into the header how much there is.
+
+        Samples come first: a header never says more than there is.
 
         Raises
         ------
         OSError
             If the disk is full.
         """
-        head = _header(self._rate_hz, self._channels, self.n_samples + len(samples))
-        self._file.seek(0, os.SEEK_END)  # samples first: a header never says more than there is
-        self._file.write(np.ascontiguousarray(samples, "<i2").tobytes())
-        self._file.seek(0)
-        self._file.write(head)
+        self._wav.writeframes(np.ascontiguousarray(samples, "<i2").tobytes())
         self._file.flush()
         self.n_samples += len(samples)
 
     def close(self) -> None:
         """Let it go."""
-        self._file.close()
+        with self._file:
+            self._wav.close()
 
 
 def repair(path: Path) -> None:
     """Let the header of a wav of ours, whose recording broke off, say what is in the file."""
-    if not path.is_file() or path.stat().st_size < HEADER_BYTES:
+    try:
+        with wave.open(str(path)) as wav:
+            a_sample = SAMPLE_BYTES * wav.getnchannels()
+    except (OSError, EOFError, wave.Error):  # none, or lost with the power: what are the samples?
         return
+    n_bytes = (path.stat().st_size - HEADER_BYTES) // a_sample * a_sample
     with path.open("r+b") as file:
-        channels, rate_hz = _HEADER.unpack(file.read(HEADER_BYTES))[6:8]
-        if not channels:  # lost with the power: nothing says what the samples are
-            return
-        n = (path.stat().st_size - HEADER_BYTES) // (SAMPLE_BYTES * channels)
-        file.truncate(HEADER_BYTES + n * SAMPLE_BYTES * channels)
-        file.seek(0)
-        file.write(_header(rate_hz, channels, n))
-
-
-def _header(rate_hz: int, channels: int, n_samples: int) -> bytes:
-    a_sample = SAMPLE_BYTES * channels
-    n_bytes = n_samples * a_sample
-    return _HEADER.pack(
-        b"RIFF", n_bytes + HEADER_BYTES - 8, b"WAVE", b"fmt ", 16, 1, channels, rate_hz,
-        rate_hz * a_sample, a_sample, 8 * SAMPLE_BYTES, b"data", n_bytes,
-    )  # fmt: skip
+        file.truncate(HEADER_BYTES + n_bytes)
+        for at in _LENGTHS_AT:
+            file.seek(at)
+            file.write(struct.pack("<I", n_bytes + _LENGTHS_AT[1] - at))
