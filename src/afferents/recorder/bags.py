@@ -108,9 +108,7 @@ def extract_files(bag: Bag, folder: Path) -> BagFiles:
 def _open_bag(path: Path) -> Iterator[Any]:
     """Open a bag; what goes wrong in reading it is said in a sentence."""
     store = typestore()
-    from rosbags.highlevel import AnyReader, AnyReaderError
-    from rosbags.rosbag1 import ReaderError as Error1
-    from rosbags.rosbag2 import ReaderError as Error2
+    from rosbags.highlevel import AnyReader
 
     expected = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag)"
     if not path.exists():
@@ -120,11 +118,9 @@ def _open_bag(path: Path) -> Iterator[Any]:
             yield reader
     except InputError:
         raise
-    except (AnyReaderError, Error1, Error2, OSError) as error:
-        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
     except Exception as error:  # parsers of broken files raise what they like
         raise InputError(
-            f"{path}: expected a bag that can be read to its end, found {reason_of(error)}"
+            f"{path}: expected {expected} that can be read to its end, found {reason_of(error)}"
         ) from error
 
 
