@@ -25,19 +25,14 @@ Distance = Callable[[Trains, float, float], Any]
 
 def victor_purpura(trains: Trains, duration_s: float, time_s: float) -> Any:
     """Return Victor & Purpura's (train, train): a spike moved by `time_s` costs 2."""
-    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
-    import quantities as pq
-
-    q = (np.inf if time_s == 0 else 2 / time_s) * pq.Hz
-    return elephant.victor_purpura_distance(_neo(trains, duration_s), q)
+    elephant, times, pq = _elephant(trains, duration_s)
+    return elephant.victor_purpura_distance(times, (2 / time_s if time_s else np.inf) * pq.Hz)
 
 
 def van_rossum(trains: Trains, duration_s: float, time_s: float) -> Any:
     """Return van Rossum's (train, train), with `time_s` as the exponential's time constant."""
-    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
-    import quantities as pq
-
-    return elephant.van_rossum_distance(_neo(trains, duration_s), time_constant=time_s * pq.s)
+    elephant, times, pq = _elephant(trains, duration_s)
+    return elephant.van_rossum_distance(times, time_constant=time_s * pq.s)
 
 
 def isi(trains: Trains, duration_s: float, time_s: float) -> Any:
@@ -45,8 +40,8 @@ def isi(trains: Trains, duration_s: float, time_s: float) -> Any:
 
     `time_s` is left.
     """
-    pyspike = import_extra("neural", "spike distances", "pyspike")
-    return pyspike.isi_distance_matrix(_pyspike(trains, duration_s))
+    pyspike, times = _pyspike(trains, duration_s)
+    return pyspike.isi_distance_matrix(times)
 
 
 def spike(trains: Trains, duration_s: float, time_s: float) -> Any:
@@ -54,8 +49,8 @@ def spike(trains: Trains, duration_s: float, time_s: float) -> Any:
 
     `time_s` is left.
     """
-    pyspike = import_extra("neural", "spike distances", "pyspike")
-    return pyspike.spike_distance_matrix(_pyspike(trains, duration_s))
+    pyspike, times = _pyspike(trains, duration_s)
+    return pyspike.spike_distance_matrix(times)
 
 
 DISTANCES: dict[str, Distance] = {
@@ -119,15 +114,18 @@ def found_by_nearest(distances: NDArray[np.float64], textures: Sequence[str]) ->
     return float(np.mean(names[apart.argmin(axis=1)] == names))
 
 
-def _neo(trains: Trains, duration_s: float) -> list[Any]:
+def _elephant(trains: Trains, duration_s: float) -> tuple[Any, list[Any], Any]:
+    """Return elephant's distances, trains as it takes them, and the units of `quantities`."""
+    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
     import neo
     import quantities as pq
 
-    return [neo.SpikeTrain(np.asarray(one) * pq.s, t_stop=duration_s * pq.s) for one in trains]
+    times = [neo.SpikeTrain(np.asarray(one) * pq.s, t_stop=duration_s * pq.s) for one in trains]
+    return elephant, times, pq
 
 
-def _pyspike(trains: Trains, duration_s: float) -> list[Any]:
-    import pyspike
-
+def _pyspike(trains: Trains, duration_s: float) -> tuple[Any, list[Any]]:
+    """Return PySpike, and trains as it takes them."""
+    pyspike: Any = import_extra("neural", "spike distances", "pyspike")
     with warnings.catch_warnings(action="ignore"):
-        return [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]
+        return pyspike, [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]
