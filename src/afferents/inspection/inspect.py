@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from afferents import dims
@@ -78,22 +79,12 @@ def steadiness(response: NDArray[np.floating], apart: int = APART) -> float:
     1 where images stay the same, near 0 where they change entirely. NaN where there are fewer than
     `apart` + 1 frames, or images that are the same everywhere.
     """
-    earlier, later = response[:-apart], response[apart:]
-    both = np.isfinite(earlier) & np.isfinite(later)
-    used = both.sum(axis=1) >= _FEWEST
-    if not used.any():
-        return float("nan")
-    one, other = _centred(earlier[used], both[used]), _centred(later[used], both[used])
-    size = np.sqrt((one**2).sum(axis=1) * (other**2).sum(axis=1))
-    product = (one * other).sum(axis=1)
-    return float(np.mean(product[size > 0] / size[size > 0])) if (size > 0).any() else float("nan")
-
-
-def _centred(images: NDArray[np.floating], there: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return images less their mean over the markers that are there, the others 0."""
-    values = np.where(there, images, 0.0).astype(np.float64)
-    mean = values.sum(axis=1, keepdims=True) / there.sum(axis=1, keepdims=True)
-    return np.where(there, values - mean, 0.0)
+    values = response.astype(np.float64)
+    earlier, later = values[:-apart], values[apart:]
+    used = np.isfinite(earlier + later).sum(axis=1) >= _FEWEST
+    one, other = pd.DataFrame(earlier[used]), pd.DataFrame(later[used])
+    with np.errstate(invalid="ignore"):  # of images that are the same everywhere
+        return float(one.corrwith(other, axis=1).mean())
 
 
 def steadiness_of(recordings: Sequence[Responses]) -> list[dict[str, str | float | None]]:
