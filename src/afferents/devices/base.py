@@ -14,8 +14,9 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
+from afferents.documents import StrictForm
 from afferents.errors import AfferentsError, InputError
 
 
@@ -145,10 +146,8 @@ class DriveLimits:
     highest_mm_s: float
 
 
-class Options(BaseModel):
+class Options(StrictForm):
     """Base of the options that a plan may give to a device of one kind: no unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Device(ABC):

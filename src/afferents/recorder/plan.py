@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from afferents.documents import as_form, read_toml
+from afferents.documents import StrictForm, as_form, read_toml
 from afferents.errors import InputError
 from afferents.files import write_aside
 from afferents.recordings.layouts import NOT_TEXTURES
@@ -29,7 +29,7 @@ def is_texture(name: str) -> bool:
     return _TEXTURE.fullmatch(name) is not None and name not in NOT_TEXTURES
 
 
-class Tolerance(BaseModel):
+class Tolerance(StrictForm):
     """What a run may have wrong with it and still be kept.
 
     Attributes
@@ -48,8 +48,6 @@ class Tolerance(BaseModel):
         Markers that may be missing at rest, as a share.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     lost: float = Field(0.002, ge=0, le=1)
     repeated: float = Field(0.002, ge=0, le=1)
     speed: float = Field(0.05, gt=0, le=1)
@@ -58,7 +56,7 @@ class Tolerance(BaseModel):
     markers: float = Field(0.02, ge=0, le=1)
 
 
-class Plan(BaseModel):
+class Plan(StrictForm):
     """What is to be recorded.
 
     Attributes
@@ -100,8 +98,6 @@ class Plan(BaseModel):
         Which devices, by ``kind``, and their options. Without ``[microphone]`` there is no sound;
         without ``[drive]`` something else turns the drum.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     textures: tuple[str, ...] = Field(min_length=1)
     speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)

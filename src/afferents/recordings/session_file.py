@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from afferents.documents import as_form, read_json, read_toml
+from afferents.documents import StrictForm, as_form, read_json, read_toml
 from afferents.errors import InputError
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
@@ -70,7 +70,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0)]
 
 
-class ListedRecording(BaseModel):
+class ListedRecording(StrictForm):
     """A recording: its files, what it is of, and what is peculiar to it.
 
     Attributes
@@ -98,8 +98,6 @@ class ListedRecording(BaseModel):
     sensor
         Sensor file, from the session's folder, or the name of a packaged sensor.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     video: Text | None = None
     audio: Text | None = None
@@ -275,10 +273,8 @@ class SessionFile(BaseModel):
         return channel
 
 
-class _Strict(SessionFile):
+class _Strict(SessionFile, extra="forbid"):
     """The same, where an unknown key is a slip of the pen."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def rate_in(fps_hz: float) -> float:

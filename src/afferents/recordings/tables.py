@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
+from pydantic import Field, PositiveFloat, model_validator
 
-from afferents.documents import as_form, read_toml
+from afferents.documents import StrictForm, as_form, read_toml
 from afferents.errors import AfferentsError, InputError, reason_of
 from afferents.plugins import import_extra
 
@@ -24,11 +24,7 @@ _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
 _OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Files(_Part):
+class Files(StrictForm):
     """Which files are recordings, and what their names say.
 
     Attributes
@@ -57,7 +53,7 @@ class Files(_Part):
     speed_mm_s: PositiveFloat | None = None
     speed_unit: Literal["mm/s", "cm/s", "m/s", "mm/min"] = "mm/s"
     speed_scale: PositiveFloat = 1.0
-    words: dict[str, dict[str, str]] = {}
+    words: dict[str, dict[str, str]] = Field(default_factory=dict)
 
     @property
     def expression(self) -> re.Pattern[str]:
@@ -110,7 +106,7 @@ def _group(name: str) -> str:
     return f"(?P<{name}>{_SPEED if name == 'speed' else '[^/]+?'})"
 
 
-class Signal(_Part):
+class Signal(StrictForm):
     """What is in a file.
 
     Attributes
@@ -208,7 +204,7 @@ class Signal(_Part):
             raise ValueError(f"resample_hz or {other[0]}, not both")
 
 
-class DataSetFile(_Part):
+class DataSetFile(StrictForm):
     """A `dataset.toml`.
 
     Attributes
@@ -225,7 +221,7 @@ class DataSetFile(_Part):
     simulated: bool = False
     files: Files
     signal: Signal = Signal()
-    encodings: dict[str, dict[str, Any]] = {}
+    encodings: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
 
 def read_data_set_file(path: Path) -> DataSetFile:

@@ -10,10 +10,10 @@ from operator import xor
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from afferents.devices.base import DeviceError
-from afferents.documents import as_form, read_toml
+from afferents.documents import StrictForm, as_form, read_toml
 from afferents.errors import InputError, reason_of
 from afferents.plugins import import_extra
 
@@ -149,7 +149,7 @@ PRESETS = Path(__file__).parent / "presets"
 GROUPS = {"position", "speed", "fault"}
 
 
-class Question(BaseModel):
+class Question(StrictForm):
     """A line that is sent, and a regular expression of its answer.
 
     Attributes
@@ -160,13 +160,11 @@ class Question(BaseModel):
         Its groups ``position``, ``speed`` and ``fault`` are what is read.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     send: str
     reply: re.Pattern[str]
 
 
-class Template(BaseModel):
+class Template(StrictForm):
     """How one make of drives is spoken to.
 
     Lines may hold ``{value}``: the speed in the drive's unit (or our loop's output).
@@ -203,8 +201,6 @@ class Template(BaseModel):
     control
         ``drive`` closes the loop over speed itself; of ``duty`` we do.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     baud: Annotated[int, Field(gt=0)] = 115_200

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
+from pydantic import Field, PositiveFloat, model_validator
 
-from afferents.documents import as_form, read_toml
+from afferents.documents import StrictForm, as_form, read_toml
 from afferents.errors import InputError
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
@@ -21,11 +21,7 @@ Labels = str | tuple[str | float | int, ...]
 """A variable of the file, or the values themselves."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Cells(_Part):
+class Cells(StrictForm):
     """Where spike times are in a MATLAB file.
 
     Attributes
@@ -79,7 +75,7 @@ class Cells(_Part):
         return self
 
 
-class Fibres(_Part):
+class Fibres(StrictForm):
     """What is known of the fibres.
 
     Attributes
@@ -95,10 +91,10 @@ class Fibres(_Part):
 
     classes: Labels = ()
     names: Labels = ()
-    words: dict[str, Literal["SA", "RA", "PC"]] = {}
+    words: dict[str, Literal["SA", "RA", "PC"]] = Field(default_factory=dict)
 
 
-class Trials(_Part):
+class Trials(StrictForm):
     """What is known of the trials.
 
     Attributes
@@ -125,10 +121,10 @@ class Trials(_Part):
     speed_unit: Literal["mm/s", "cm/s", "m/s"] = "mm/s"
     duration_s: PositiveFloat | tuple[PositiveFloat, ...] | str | None = None
     durations_by: tuple[str, ...] = ("speed",)
-    conditions: dict[str, Labels] = {}
+    conditions: dict[str, Labels] = Field(default_factory=dict)
 
 
-class Columns(_Part):
+class Columns(StrictForm):
     """Columns of an NWB file's units and trials, or of a table with a row a spike.
 
     Attributes
@@ -149,7 +145,7 @@ class Columns(_Part):
     time: str = "time_s"
 
 
-class NaturalFile(_Part):
+class NaturalFile(StrictForm):
     """A description of recordings of natural afferents.
 
     Attributes
