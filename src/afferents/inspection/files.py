@@ -77,7 +77,7 @@ def inspect_video(
     found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in issues]
     found.sentences += stall_sentences(footage)
     found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in issues}}
-    found.facts["stalls_s"] = footage.stalls.spans
+    found.facts["stalls_s"] = footage.figures.stalls.spans
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
@@ -88,11 +88,11 @@ def inspect_video(
 
 def stall_sentences(footage: Footage) -> list[str]:
     """Say when the camera stood still, if it did."""
-    if not footage.stalls.spans:
+    if not footage.figures.stalls.spans:
         return []
     return [
-        f"The camera stalled and gave the very same picture {footage.stalls}. RA-I is 0 there and "
-        "too large in the next frame."
+        f"The camera stalled and gave the very same picture {footage.figures.stalls}. RA-I is 0 "
+        "there and too large in the next frame."
     ]
 
 

@@ -42,7 +42,7 @@ from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import facts
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
-from afferents.recordings.described import is_described
+from afferents.recordings.described import Described
 from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
@@ -202,7 +202,7 @@ def _inspect(
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
-    if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
+    if not isinstance(source, DataSet) and path.is_file() and not Described.is_at(path):
         if is_wav and fps_hz is not None:
             raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
         if is_wav:

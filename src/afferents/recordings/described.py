@@ -117,8 +117,9 @@ class Described(DataSet):
 
     def _nothing_matches(self) -> InputError:
         files = self.form.files
-        seen = [path.relative_to(self.root).as_posix() for path in _some_files(self.root)]
-        found = f"none of them ({', '.join(seen)}, ...)" if seen else "none of them"
+        there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
+        seen = ", ".join(path.relative_to(self.root).as_posix() for path in sorted(there)[:3])
+        found = f"none of them ({seen}, ...)" if seen else "none of them"
         wanted = files.pattern or files.regex
         return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
@@ -169,15 +170,6 @@ class Described(DataSet):
                     f"{other.source.name} and {one.source.name}, both {one.texture}{at}; name "
                     "what differs in the pattern, such as {trial}"
                 )
-
-
-def is_described(path: Path) -> bool:
-    """Tell whether a file describes a data set, and is no recording itself."""
-    return Described.is_at(path)
-
-
-def _some_files(root: Path) -> list[Path]:
-    return sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".toml")[:3]
 
 
 def _steady(series: SeriesFile, signal: Signal) -> tuple[float, float] | None:

@@ -1,15 +1,12 @@
 """A video that is measured as it is decoded."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
 
-from afferents.quality.frames import FrameFigures, Stalls
+from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
 from afferents.store.recording import Frame, Video
 
 
-@dataclass
 class Footage:
     """A video that is measured as it is decoded: wraps another, and may be tracked in its place.
 
@@ -21,33 +18,11 @@ class Footage:
         Of the frames decoded since the last start.
     """
 
-    video: Video
-    figures: FrameFigures = field(default_factory=FrameFigures)
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.video.path
-
-    @property
-    def fps_hz(self) -> float:
-        """Nominal frame rate, Hz."""
-        return self.video.fps_hz
-
-    @property
-    def width(self) -> int:
-        """Width, px."""
-        return self.video.width
-
-    @property
-    def height(self) -> int:
-        """Height, px."""
-        return self.video.height
-
-    @property
-    def stalls(self) -> Stalls:
-        """When the camera gave its picture again."""
-        return self.figures.stalls
+    def __init__(self, video: Video) -> None:
+        """Decode nothing yet."""
+        self.video, self.figures = video, FrameFigures()
+        self.path, self.fps_hz = video.path, video.fps_hz
+        self.width, self.height = video.width, video.height
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, and measure anew."""

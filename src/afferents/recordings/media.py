@@ -155,7 +155,11 @@ def media_in(root: Path, passed: Collection[str] = ()) -> list[Path]:
     OSError
         If a folder can't be read.
     """
-    return sorted(_media_in(root, passed), key=lambda path: _order(path.relative_to(root)))
+
+    def order(path: Path) -> list[tuple[float, str]]:
+        return [natural_order(part) for part in path.relative_to(root).parts]
+
+    return sorted(_media_in(root, passed), key=order)
 
 
 def _media_in(folder: Path, passed: Collection[str]) -> Iterator[Path]:
@@ -170,10 +174,6 @@ def _media_in(folder: Path, passed: Collection[str]) -> Iterator[Path]:
         images += path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
     if images > 1:
         yield folder
-
-
-def _order(path: Path) -> list[tuple[float, str]]:
-    return [natural_order(part) for part in path.parts]
 
 
 def named(root: Path, paths: Collection[Path]) -> str:

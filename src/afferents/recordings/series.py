@@ -189,7 +189,10 @@ class SeriesFile:
         table, _ = self._table()
         names = self._channels(table)
         rate_hz = self.sample_rate_hz
-        self._check_length(len(table.values), rate_hz)
+        least, least_s = math.ceil(self.signal.least_s * rate_hz - 1e-9), self.signal.least_s
+        if len(table.values) < least:
+            expected = f"at least {least} rows of data below the header, {least_s:g} s"
+            raise InputError(f"{self.path}: expected {expected}, found {len(table.values)}")
         self._check_clock(table, rate_hz)
         taken = table.values[:, [table.columns.index(name) for name in names]]
         require_finite(taken, self.path, rate_hz)
@@ -307,12 +310,6 @@ class SeriesFile:
             usual_ms = float(step.mean())
         # To six digits: float times add noise, and all recordings must share one axis.
         return float(f"{1000 / usual_ms:.6g}")
-
-    def _check_length(self, n: int, rate_hz: float) -> None:
-        least = math.ceil(self.signal.least_s * rate_hz - 1e-9)
-        if n < least:
-            expected = f"at least {least} rows of data below the header, {self.signal.least_s:g} s"
-            raise InputError(f"{self.path}: expected {expected}, found {n}")
 
     def _check_clock(self, table: Table, rate_hz: float) -> None:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""

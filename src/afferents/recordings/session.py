@@ -45,7 +45,11 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
     InputError
         Naming what is amiss.
     """
-    speeds = {(_speed_named(r), r.speed_mm_s) for r in recordings if r.speed_mm_s is not None}
+    speeds = set()
+    for r in recordings:
+        if r.speed_mm_s is not None:
+            named = r.name.split("/")[1:2] or [f"{r.speed_mm_s:g}"]  # as a folder's name has it
+            speeds.add((named[0], r.speed_mm_s))
     require_distinct(root, (r.texture for r in recordings), speeds)
     if not declared.recordings:
         _require_no_holes(root, recordings, declared)
@@ -54,12 +58,6 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
         ("audio", {r.name: r.audio is not None for r in recordings}),
     ):
         _require_all_or_none(root, what, has, declared)
-
-
-def _speed_named(recording: Recording) -> str:
-    """Return a speed as the recording's name has it."""
-    parts = recording.name.split("/")
-    return parts[1] if len(parts) > 1 else f"{recording.speed_mm_s:g}"
 
 
 def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:

@@ -90,8 +90,6 @@ class Files(StrictForm):
 def _expression(pattern: str) -> str:
     """Return a pattern with placeholders as a regular expression."""
     names = _PLACEHOLDER.findall(pattern)
-    if twice := [name for name in names if names.count(name) > 1 and name != _ANY]:
-        raise ValueError(f"'{{{twice[0]}}}' stands twice in the pattern")
     if "}{" in pattern:
         raise ValueError("two placeholders with nothing between them match in more ways than one")
     parts = _PLACEHOLDER.split(pattern)
@@ -364,14 +362,13 @@ def _parquet(path: Path, signal: Signal) -> Table:
     return _columns(path, {str(name): frame[name].to_numpy() for name in frame.columns})
 
 
-def _npy(path: Path, signal: Signal) -> Table:
-    return _columns(path, _parts("", np.load(path, allow_pickle=False)))
-
-
-def _npz(path: Path, signal: Signal) -> Table:
-    with np.load(path, allow_pickle=False) as arrays:
-        wanted = _wanted(path, list(arrays), signal)
-        return _columns(path, _joined((key, arrays[key]) for key in wanted))
+def _numpy(path: Path, signal: Signal) -> Table:
+    found = np.load(path, allow_pickle=False)
+    if isinstance(found, np.ndarray):
+        return _columns(path, _parts("", found))
+    with found:
+        wanted = _wanted(path, list(found), signal)
+        return _columns(path, _joined((key, found[key]) for key in wanted))
 
 
 def _hdf5(path: Path, signal: Signal) -> Table:
@@ -439,8 +436,8 @@ Reader = Callable[[Path, Signal], Table]
 FORMATS: dict[str, Reader] = {
     "csv": _csv,
     "parquet": _parquet,
-    "npy": _npy,
-    "npz": _npz,
+    "npy": _numpy,
+    "npz": _numpy,
     "wav": _sound,
     "flac": _sound,
     "h5": _hdf5,

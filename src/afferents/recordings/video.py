@@ -229,7 +229,8 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     layout = frame.format
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
         return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
-    return _luma(frame.planes[0]), None if _is_full_range(frame) else _EXPANDED
+    is_full = frame.color_range == ColorRange.JPEG or layout.name.startswith(("yuvj", "gray"))
+    return _luma(frame.planes[0]), None if is_full else _EXPANDED
 
 
 def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
@@ -254,10 +255,6 @@ def _luma(plane: VideoPlane) -> GreyImage:
 def _seconds(ticks: int, base: Fraction) -> float:
     """Return ticks * base, rounded once; a product of fractions takes ten times as long."""
     return ticks * base.numerator / base.denominator
-
-
-def _is_full_range(frame: VideoFrame) -> bool:
-    return frame.color_range == ColorRange.JPEG or frame.format.name.startswith(("yuvj", "gray"))
 
 
 def _opened(path: Path) -> InputContainer:

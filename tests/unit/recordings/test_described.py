@@ -139,7 +139,10 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
     [
         ({"colour = 1\n": ""}, "found the unknown key 'colour'"),
         ({"[signal]\n": "[signal]\nrate = 5\n"}, "unknown key 'signal.rate'"),
-        ({"{texture}_{speed}": "{texture}_{texture}_{speed}"}, "'{texture}' stands twice"),
+        (
+            {"{texture}_{speed}": "{texture}_{texture}_{speed}"},
+            "redefinition of group name 'texture'",
+        ),
         ({"{texture}_{speed}": "{texture}{speed}"}, "two placeholders with nothing between"),
         ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
         ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),

@@ -75,7 +75,7 @@ def film(request, tmp_path):
 def test_a_moving_skin_is_sound(film, images):
     footage = film(images)
     assert footage.find_issues() == []
-    assert footage.stalls.spans == ()
+    assert footage.figures.stalls.spans == ()
     # A short break is no doubt.
     assert film(images[:150] + [images[150]] * 40 + images[190:]).find_issues() == []
 
@@ -120,7 +120,7 @@ def test_without_noise_a_smooth_drum_is_not_taken_for_a_frozen_picture(images):
     """Simulated without nuisances: still, then a pull, then still; nothing is a stall either."""
     quiet = [images[0]] * 60 + images[60:90] + [images[90]] * 310
     assert decoded(Drawn(quiet)).find_issues() == []
-    assert str(decoded(Drawn([images[0]] * 400)).stalls) == "never"
+    assert str(decoded(Drawn([images[0]] * 400)).figures.stalls) == "never"
 
 
 def test_without_noise_a_picture_that_moved_while_the_drum_slid_is_frozen(images):
@@ -179,10 +179,12 @@ def test_stalls_are_found_at_their_frames(tmp_path, images):
     spans = [(100, 119), (150, 155), (200, 206), (300, 339)]
     footage = encoded(tmp_path, stalling(images, spans))
     seen = [
-        (round(FPS * begin) + 1, round(FPS * end)) for begin, end in footage.stalls.spans if begin
+        (round(FPS * begin) + 1, round(FPS * end))
+        for begin, end in footage.figures.stalls.spans
+        if begin
     ]
     assert seen == [(100, 119), (300, 339)]  # 7 frames are 0.08 s
-    assert str(footage.stalls) == "2 times, 0.67 s in all, first from 1.10 s to 1.32 s"
+    assert str(footage.figures.stalls) == "2 times, 0.67 s in all, first from 1.10 s to 1.32 s"
     assert footage.find_issues() == []
 
 
