@@ -1,5 +1,9 @@
 """Errors that a user can act on: one sentence each, exit code 2 at the command line."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 
 def reason_of(error: BaseException) -> str:
     """Return in words why something failed: of the system's errors no number and no second path."""
@@ -30,6 +34,35 @@ class InputError(AfferentsError):
     def at(self, where: object) -> "InputError":
         """Return the same, found elsewhere: of a file, where the error knew of its content only."""
         return InputError(f"{where}: {str(self).partition(': ')[2]}")
+
+
+@contextmanager
+def reading(where: object, what: str, *kinds: type[Exception], do: str = "") -> Iterator[None]:
+    """Say in a sentence what somebody else's reader raises.
+
+    Parameters
+    ----------
+    where
+        The file, which must be there.
+    what, do
+        What it should be, and what to do if it is not.
+    kinds
+        Errors that the reader raises; none for any: readers of other packages raise what they like.
+
+    Raises
+    ------
+    InputError
+        If it does. An error of ours is left as it is.
+    """
+    if isinstance(where, Path) and not where.exists():
+        raise InputError(f"{where}: expected {what}, found no such file{then(do)}")
+    expected = kinds or (Exception,)
+    try:
+        yield
+    except AfferentsError:
+        raise
+    except expected as error:
+        raise InputError(f"{where}: expected {what}, found {reason_of(error)}{then(do)}") from error
 
 
 def then(do: str) -> str:

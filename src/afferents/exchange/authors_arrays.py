@@ -13,7 +13,6 @@ Models have the names of Table 1 here (``sa-se``), and textures and speeds those
 Anything may be missing. Pickles are never opened: whoever opens one runs whatever is in it.
 """
 
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +24,7 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.encodings.settings import Encodings
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.evaluation.encode import encode, has, sources_of
 from afferents.models.model import Model
 from afferents.store.recording import natural_order
@@ -68,13 +67,12 @@ def _read(path: Path, wanted: Mapping[str, int], *beside: str) -> dict[str, Floa
     """Return the arrays of a file by name, with as many dims as wanted; 0 for any."""
     if not path.is_file():
         return None
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            names = [*wanted, *(name for name in beside if name in arrays)]
-            found = {name: np.asarray(arrays[name], dtype=np.float32) for name in names}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        expected = f"the arrays {', '.join(wanted)} as numbers"
-        raise InputError(f"{path}: expected {expected}, found {error!s}; {_AGAIN}") from error
+    with (
+        reading(path, f"the arrays {', '.join(wanted)} as numbers", do=_AGAIN),
+        np.load(path, allow_pickle=False) as arrays,
+    ):
+        names = [*wanted, *(name for name in beside if name in arrays)]
+        found = {name: np.asarray(arrays[name], dtype=np.float32) for name in names}
     for name, n_dims in wanted.items():
         if n_dims and found[name].ndim != n_dims:
             expected = f"{name} of {n_dims} dims"

@@ -14,13 +14,13 @@ import soundfile
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings import ros_messages
-from afferents.recordings.audio import naming_sound
+from afferents.recordings.audio import reading_sound
 from afferents.recordings.ros_messages import NS, Messages, typestore
 from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.recording import Vibration
@@ -149,7 +149,7 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
 
 def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
     """Yield all channels of a sound file in blocks of a tenth of a second."""
-    with naming_sound(Path(audio.path)), soundfile.SoundFile(audio.path) as file:
+    with reading_sound(Path(audio.path)), soundfile.SoundFile(audio.path) as file:
         rate_hz, first = file.samplerate, 0
         size = max(1, round(_BLOCK_S * rate_hz))
         for samples in file.blocks(size, dtype="int16", always_2d=True):
@@ -215,16 +215,10 @@ def _predictions(make: Messages, lines: Sequence[tuple[int, str]]) -> Iterator[S
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that ``live --json`` wrote, in order of time, and the time of each, ns."""
-    try:
-        said = [
-            (json.loads(line), line)
-            for line in path.read_text(encoding="utf-8").splitlines()
-            if line.strip()
-        ]
+    with reading(path, "lines that 'afferents live --json' wrote", OSError, ValueError, TypeError):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        said = [(json.loads(line), line) for line in lines if line.strip()]
         return sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
-    except (OSError, ValueError, TypeError) as error:
-        expected = "lines that 'afferents live --json' wrote"
-        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
 
 
 def _ns(at_s: float) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading, then
 from afferents.files import Place, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.outputs import has_mark, require_free
@@ -160,13 +160,12 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
 
 
 def _look(folder: Path) -> _Found:
-    try:
+    with reading(folder, "a readable folder", OSError):
         paths = media_in(folder, NOT_TEXTURES)
-        in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
-    except InputError:
-        in_layout = False
-    except OSError as error:
-        raise InputError(f"{folder}: expected a readable folder, found {error.strerror}") from error
+        try:
+            in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
+        except InputError:
+            in_layout = False
     if not paths:
         raise InputError(
             f"{folder}: expected videos, sound, or folders of numbered images, found none of them"

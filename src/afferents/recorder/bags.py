@@ -16,7 +16,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from afferents.devices.base import CameraSettings
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.recorder.files import VideoWriter
 from afferents.recordings.ros_messages import (
     NS,
@@ -110,18 +110,9 @@ def _open_bag(path: Path) -> Iterator[Any]:
     store = typestore()
     from rosbags.highlevel import AnyReader
 
-    expected = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag)"
-    if not path.exists():
-        raise InputError(f"{path}: expected {expected}, found nothing there")
-    try:
-        with AnyReader([path], default_typestore=store) as reader:
-            yield reader
-    except InputError:
-        raise
-    except Exception as error:  # parsers of broken files raise what they like
-        raise InputError(
-            f"{path}: expected {expected} that can be read to its end, found {reason_of(error)}"
-        ) from error
+    what = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag) that can be read to its end"
+    with reading(path, what), AnyReader([path], default_typestore=store) as reader:
+        yield reader
 
 
 def _topic(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from afferents.devices.base import CameraSettings
 from afferents.documents import read_json
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.files import Place, checksum, write_aside, write_json
 from afferents.outputs import require_new_folder, writing_alone
 from afferents.recorder.bags import Bag, extract_files, is_bag
@@ -23,7 +23,7 @@ from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.run import AUDIO, VIDEO
 from afferents.recorder.session import RUN
-from afferents.recordings.audio import naming_sound
+from afferents.recordings.audio import reading_sound
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
@@ -177,11 +177,9 @@ def _read_times(path: Path) -> pd.DataFrame:
         If it has no times, or they do not rise.
     """
     what = f"a CSV with a column {TIME}, a row a frame"
-    try:
+    with reading(path, what, OSError, ValueError):
         table = pd.read_csv(path, dtype={TIME: float})
         table = table.astype({SEQUENCE: int} if SEQUENCE in table else {})
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: expected {what}, found {reason_of(error)}") from error
     if TIME not in table or len(table) < 2:
         found = f"{len(table)} rows of columns {', '.join(map(str, table.columns))}"
         raise InputError(f"{path}: expected {what}, of at least 2 frames, found {found}")
@@ -235,22 +233,18 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
     InputError
         If there are more or fewer frames than times, or they are not in order of presentation.
     """
-    try:
-        with av.open(f"file:{video}") as source:
-            packets = [packet for packet in source.demux(video=0) if packet.size]
-            _require_frames(video, packets, len(time_s))
-            with av.open(f"file:{target}", "w", format="mp4", options=CONTAINER) as out:
-                stream = out.add_stream_from_template(source.streams.video[0])
-                stream.time_base = TIME_BASE
-                for packet, at_s in zip(packets, time_s, strict=True):
-                    packet.stream, packet.time_base = stream, TIME_BASE
-                    packet.pts = packet.dts = round(at_s * TICKS_HZ)
-                    packet.duration = 0
-                    out.mux(packet)
-    except av.FFmpegError as error:
-        raise InputError(
-            f"{video}: expected a video that mp4 can hold, found {reason_of(error)}"
-        ) from error
+    holds = reading(video, "a video that mp4 can hold", av.FFmpegError)
+    with holds, av.open(f"file:{video}") as source:
+        packets = [packet for packet in source.demux(video=0) if packet.size]
+        _require_frames(video, packets, len(time_s))
+        with av.open(f"file:{target}", "w", format="mp4", options=CONTAINER) as out:
+            stream = out.add_stream_from_template(source.streams.video[0])
+            stream.time_base = TIME_BASE
+            for packet, at_s in zip(packets, time_s, strict=True):
+                packet.stream, packet.time_base = stream, TIME_BASE
+                packet.pts = packet.dts = round(at_s * TICKS_HZ)
+                packet.duration = 0
+                out.mux(packet)
 
 
 def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> None:
@@ -276,7 +270,7 @@ def _write_sound(files: _Files, target: Path) -> float:
     if start_s <= first_s and files.audio.suffix.lower() == ".wav":
         shutil.copyfile(files.audio, target)
         return start_s
-    with naming_sound(files.audio):
+    with reading_sound(files.audio):
         samples, rate_hz = soundfile.read(str(files.audio), dtype="int16", always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
@@ -293,7 +287,7 @@ def _declare(files: _Files) -> dict[str, Any]:
         "frame_height": video.height,
     }
     if files.audio is not None:
-        with naming_sound(files.audio):
+        with reading_sound(files.audio):
             info = soundfile.info(str(files.audio))
         said |= {
             "sample_rate_hz": info.samplerate,

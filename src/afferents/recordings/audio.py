@@ -3,8 +3,7 @@
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.quality.sound import require_finite
 
 _TOO_LONG = re.compile(r"^(?:data : (\d+) \(should|  Data size : (\d+))", re.MULTILINE)
@@ -32,21 +31,9 @@ def sound_name(path: Path) -> str | bytes:
     return str(path) if sys.platform == "win32" else os.fsencode(path)
 
 
-@contextmanager
-def naming_sound(path: Path) -> Iterator[None]:
-    """Turn libsndfile's errors into a sentence that names the file.
-
-    Raises
-    ------
-    InputError
-        If it can't be read.
-    """
-    try:
-        yield
-    except soundfile.SoundFileError as error:
-        raise InputError(
-            f"{path}: expected a readable sound file, found {reason_of(error)}"
-        ) from error
+def reading_sound(path: Path) -> AbstractContextManager[None]:
+    """Say in a sentence that names the file what libsndfile raises; see `errors.reading`."""
+    return reading(path, "a readable sound file", soundfile.SoundFileError)
 
 
 def _declared(noted: str) -> int:
@@ -96,9 +83,7 @@ class WavFile:
         InputError
             If the file is missing, unreadable, shorter than it declares, or holds no samples.
         """
-        if not self.path.is_file():
-            raise InputError(f"{self.path}: expected a sound file, found no such file")
-        with naming_sound(self.path):
+        with reading_sound(self.path):
             info = soundfile.info(sound_name(self.path))
         if info.frames == 0:
             raise InputError(f"{self.path}: expected a sound file with samples, found none in it")
@@ -164,7 +149,7 @@ class WavFile:
             )
         samples = np.empty(self.n_samples, np.float32)
         n = 0
-        with naming_sound(self.path), soundfile.SoundFile(sound_name(self.path)) as file:
+        with reading_sound(self.path), soundfile.SoundFile(sound_name(self.path)) as file:
             for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
                 samples[n : n + len(block)] = block[:, self.channel]
                 n += len(block)

@@ -2,12 +2,11 @@
 
 import hashlib
 import json
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading, then
 from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
 from afferents.quality.lasting import EDGE_S
@@ -44,26 +43,18 @@ def require_own_files(session: RecordingSet) -> None:
     """
     by_size: dict[tuple[str, int], list[Path]] = {}
     for path in (path for recording in session.recordings for path in recording.files):
-        with _reading(path):
+        with reading(path, "a readable file", OSError):
             by_size.setdefault((path.name, size_of(path)), []).append(path)
     seen: dict[str, Path] = {}
     for (_, size), paths in by_size.items():
         for path in paths if size and len(paths) > 1 else ():  # empty ones are no recordings
-            with _reading(path):
+            with reading(path, "a readable file", OSError):
                 other = seen.setdefault(checksum(path), path)
             if other != path:
                 raise InputError(
                     f"{path}: expected a recording of its own, found the same bytes as {other}; "
                     "remove the copy, or record what is missing"
                 )
-
-
-@contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{path}: expected a readable file, found {error.strerror}") from error
 
 
 def check_files(recording: Recording, declared: SessionFile) -> str:
@@ -82,7 +73,7 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
     expected = declared.checksums.get(recording.name, {})
     found: dict[str, str] = {}
     for path in recording.files:
-        with _reading(path):
+        with reading(path, "a readable file", OSError):
             found[path.name] = checksum(path)
         if expected.get(path.name, found[path.name]) != found[path.name]:
             raise InputError(

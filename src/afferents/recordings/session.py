@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from afferents.documents import as_form
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading, then
 from afferents.quality.issues import KINDS, QualityIssue
 from afferents.recordings.check import RATE_TOLERANCE, check_recording
 from afferents.recordings.data_set import DataSet
@@ -299,14 +299,10 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
 
 
 def _session(root: Path, declared: SessionFile) -> Session:
-    try:
+    with reading(root, "a readable folder", OSError):
         found = listed(root, declared) if declared.names_files else published(root, declared)
         if not found:
             raise _nothing(root, declared)
-    except OSError as error:
-        raise InputError(
-            f"{error.filename or root}: expected a readable folder, found {error.strerror}"
-        ) from error
     recordings = tuple(sorted(found, key=_grid_order))
     require_grid(root, recordings, declared)
     return Session(root, recordings, reference_in(recordings[0]), declared)

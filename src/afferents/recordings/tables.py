@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat, model_validator
 
 from afferents.documents import StrictForm, as_form, read_toml
-from afferents.errors import AfferentsError, InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
 
 _PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
@@ -280,15 +280,8 @@ def read_table(path: Path, signal: Signal) -> Table:
         raise InputError(
             f"{path}: expected {known}, found '{path.suffix}'; say which in [signal] format"
         )
-    if not path.is_file():
-        raise InputError(f"{path}: expected a readable {suffix.upper()} file, found no such file")
-    try:
+    with reading(path, f"a readable {suffix.upper()} file"):
         return FORMATS[suffix](path, signal)
-    except AfferentsError:
-        raise
-    except Exception as error:  # readers of other packages raise what they like
-        expected = f"a readable {suffix.upper()} file"
-        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
 
 
 def _csv(path: Path, signal: Signal) -> Table:

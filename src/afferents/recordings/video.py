@@ -16,7 +16,7 @@ from av.video.plane import VideoPlane
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.store.recording import Frame, GreyImage
 
@@ -258,12 +258,9 @@ def _seconds(ticks: int, base: Fraction) -> float:
 
 
 def _opened(path: Path) -> InputContainer:
-    if not path.is_file():
-        raise InputError(f"{path}: expected a video file, found no such file")
-    try:  # without "file:" FFmpeg takes what stands before a colon for a protocol
+    with reading(path, "a readable video", av.FFmpegError):
+        # without "file:" FFmpeg takes what stands before a colon for a protocol
         container = av.open(f"file:{path}")
-    except av.FFmpegError as error:
-        raise InputError(f"{path}: expected a readable video, found {error.strerror}") from error
     if not container.streams.video:
         container.close()
         raise InputError(f"{path}: expected a file with a video stream, found none in it")

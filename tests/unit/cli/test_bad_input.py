@@ -25,7 +25,7 @@ def broken(sounds, tmp_path):
         (("simulate", "OUT", "--textures", "z", "--quiet"), "found 'z'"),
         (("simulate", "OUT", "--speeds", "0", "--quiet"), "found 0"),
         (("drum", "g", "OUT", "--bore", "90"), "--bore"),
-        (("calibrate", "none.mp4", "--out", "OUT.toml"), "none.mp4: expected a video file"),
+        (("calibrate", "none.mp4", "--out", "OUT.toml"), "none.mp4: expected a readable video"),
         (("calibrate", "none.mp4", "--out", "OUT.json"), "a name that ends in .toml"),
         (("calibrate", "a.mp4", "a.mp4", "--out", "OUT.toml"), "a.mp4: expected each clip once"),
         (("inspect", ".", "--overlay", "OUT.mp4"), "--overlay: expected a video"),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -33,20 +33,9 @@ def read_variables(path: Path, *names: str) -> dict[str, Any]:
         If the file is missing or damaged, `h5py` is needed and missing, or a variable is not in
         it; then those that are there are listed.
     """
-    if not path.is_file():
-        raise InputError(
-            f"{path}: expected a MATLAB file, found no such file; name it in the description"
-        )
     wanted = {name.partition(".")[0] for name in names}
-    try:
-        read = _read_hdf5 if _is_hdf5(path) else _read_v5
-        found = read(path, wanted)
-    except InputError:
-        raise
-    except Exception as error:  # of SciPy and h5py; which, follows no rule
-        raise InputError(
-            f"{path}: expected a MATLAB file, found a damaged one ({reason_of(error)}); {_DO}"
-        ) from error
+    with reading(path, "a MATLAB file", do=_DO):
+        found = (_read_hdf5 if _is_hdf5(path) else _read_v5)(path, wanted)
     return {name: _field(found[name.partition(".")[0]], name, path) for name in names}
 
 

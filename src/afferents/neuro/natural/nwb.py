@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.neuro.natural.description import (
     Columns,
     Fibres,
@@ -24,7 +24,6 @@ from afferents.spikes.population import Spikes
 
 _WITHIN_S = 1e-6
 """Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
-_SHOWN = 200
 _TIMES = ("start_time", "stop_time")
 
 
@@ -102,18 +101,10 @@ def spikes_of_nwb(file: Path, described: NaturalFile, description: Path) -> Spik
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """Yield the content of an NWB file."""
-    if not path.is_file():
-        raise InputError(f"{path}: expected an NWB file, found no such file")
-    pynwb = import_extra("nwb", str(path), "pynwb")
-    try:
+    with reading(path, "an NWB file"):
+        pynwb = import_extra("nwb", str(path), "pynwb")
         with pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True) as io:
             yield io.read()
-    except InputError:
-        raise
-    except Exception as error:  # of hdmf, h5py and pynwb; which, follows no rule
-        raise InputError(
-            f"{path}: expected an NWB file, found a damaged one ({reason_of(error)[:_SHOWN]})"
-        ) from error
 
 
 def _units(units: Any, described: NaturalFile, path: Path) -> pd.DataFrame:

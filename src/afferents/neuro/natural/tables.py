@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.neuro.natural.description import (
     MM_S,
     SECONDS,
@@ -60,12 +60,8 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     """Return the table with the columns that this package calls them by."""
     if file.suffix.lower() == ".parquet":
         import_extra("parquet", str(file), "pyarrow")
-    try:
+    with reading(file, "a table that can be read"):
         read = _READERS[file.suffix.lower()](file.absolute())
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(
-            f"{file}: expected a table that can be read, found {reason_of(error)}"
-        ) from error
     columns, duration_s = described.columns, described.trials.duration_s
     if not isinstance(duration_s, float | str):
         there = "nothing" if duration_s is None else "a list"

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from urllib.parse import quote, urljoin
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 
 # A list of files with their checksums: text, a file a line.
 #
@@ -55,10 +55,8 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
     InputError
         If it can't be read, names none, or has a line that is none of a list; naming the line.
     """
-    try:
+    with reading(path, "a list of files", OSError, UnicodeDecodeError):
         lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected a list of files, found {reason_of(error)}") from error
     base = url if url.endswith("/") else f"{url}/"
     found: dict[str, RemoteFile] = {}
     for number, line in enumerate(lines, start=1):
