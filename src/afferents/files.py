@@ -195,6 +195,13 @@ def checksum(*paths: Path) -> str:
     return digest.hexdigest()
 
 
+def free_bytes(folder: Path) -> int:
+    """Return how much room there is on the disk of a folder, which need not be there yet."""
+    whole = folder.resolve()
+    there = next(path for path in (whole, *whole.parents) if path.exists())
+    return shutil.disk_usage(there).free
+
+
 def size_of(path: Path) -> int:
     """Return the size of a file in bytes, or of all files in a folder together.
 

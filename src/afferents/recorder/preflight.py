@@ -1,6 +1,5 @@
 """Before a plan: whether devices, clocks, light, sound, disk and drive are fit for it."""
 
-import shutil
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 
 from afferents.devices.base import Block, Frame
 from afferents.devices.picture import picture_of
+from afferents.files import free_bytes
 from afferents.markers.detect import detect, spacing_px
 from afferents.markers.sensor import Sensor
 from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
@@ -217,8 +217,7 @@ def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> C
     if sound is not None:
         a_second += sound.rate_hz * sound.channels * _BYTES
     needed = MARGIN * a_second * plan.total_s * len(plan.entries())
-    there = next(folder for folder in (session, *session.resolve().parents) if folder.exists())
-    free = shutil.disk_usage(there).free
+    free = free_bytes(session)
     found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
     return Check("disk", free > needed, found, "make room, or record to another disk")
 

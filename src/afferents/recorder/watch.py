@@ -4,7 +4,6 @@ Capture leaves references here and goes on: whoever draws them does so in a thre
 no frame waits for it.
 """
 
-import shutil
 import signal
 import threading
 from collections import deque
@@ -15,6 +14,7 @@ from typing import Any
 
 from afferents.devices.base import Block, CameraSettings, DriveState, Frame, MicrophoneSettings
 from afferents.errors import AfferentsError, Stopped
+from afferents.files import free_bytes
 from afferents.recorder.devices import Devices
 from afferents.recorder.plan import Entry, Plan
 
@@ -210,7 +210,7 @@ class Watch:
             "elapsed_s": self._elapsed_s,
             "run_s": self._plan.total_s if self._plan else None,
             "drive": self._drive if running else None,
-            "free_gb": _free_gb(self._session),
+            "free_gb": round(free_bytes(self._session) / 1e9, 1),
             "notes": list(self._notes),
         }
 
@@ -235,8 +235,3 @@ class Watch:
         if elapsed_s < plan.steady_s[0]:
             return f"{self._name}: the drum gets up to speed"
         return f"{self._name}: recording"
-
-
-def _free_gb(folder: Path) -> float | None:
-    there = next((p for p in (folder, *folder.absolute().parents) if p.is_dir()), None)
-    return None if there is None else round(shutil.disk_usage(there).free / 1e9, 1)

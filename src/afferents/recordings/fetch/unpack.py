@@ -4,7 +4,6 @@ An archive is other people's: Python's own filters keep what is in it within the
 """
 
 import lzma
-import shutil
 import tarfile
 import tempfile
 import zipfile
@@ -18,7 +17,7 @@ from typing import Any
 from rich.filesize import decimal
 
 from afferents.errors import InputError, reason_of
-from afferents.files import PARTIAL_PREFIX, checksum, naming
+from afferents.files import PARTIAL_PREFIX, checksum, free_bytes, naming
 from afferents.progress import Progress
 from afferents.recordings.fetch.archives import RemoteFile
 
@@ -108,7 +107,11 @@ def _extract(packed: Path, into: Path, progress: Progress) -> None:
 def _files_below(root: Path, packed: Path) -> dict[str, Path]:
     """Return files by their paths below a folder, or below the one folder that holds them all."""
     found = {path.relative_to(root): path for path in sorted(root.rglob("*")) if not path.is_dir()}
-    kept = {path: file for path, file in found.items() if not _is_left_behind(path)}
+    kept = {
+        path: file
+        for path, file in found.items()
+        if not any(part.startswith(".") or part == _OF_MACS for part in path.parts)
+    }
     if not kept or any(file.is_symlink() for file in kept.values()):
         raise InputError(
             f"{packed}: expected an archive of ordinary files, found "
@@ -120,10 +123,6 @@ def _files_below(root: Path, packed: Path) -> dict[str, Path]:
         (path.relative_to(path.parts[0]) if within else path).as_posix(): file
         for path, file in kept.items()
     }
-
-
-def _is_left_behind(path: Path) -> bool:
-    return any(part.startswith(".") or part == _OF_MACS for part in path.parts)
 
 
 def _is_here(one: RemoteFile, folder: Path, noted: RemoteFile | None) -> bool:
@@ -157,8 +156,7 @@ def require_room(folder: Path, needed: int, what: str = "") -> None:
     InputError
         If there is less.
     """
-    above = (folder.resolve(), *folder.resolve().parents)
-    free = shutil.disk_usage(next(parent for parent in above if parent.exists())).free
+    free = free_bytes(folder)
     if needed > free:
         raise InputError(
             f"{folder}: expected room for {decimal(needed)}{what}, found {decimal(free)} on that "
