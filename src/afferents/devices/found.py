@@ -68,11 +68,18 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
     found = Found(drives=drives)
     _look_at_cameras(found, folder)
     try:
-        found.microphones += _microphones()
+        found.microphones += [
+            FoundMicrophone(
+                str(number), one["name"], one["max_input_channels"], one["default_samplerate"]
+            )
+            for number, one in enumerate(import_portaudio().query_devices())
+            if one["max_input_channels"]
+        ]
     except InputError as error:
         found.notes.append(str(error))
     try:
-        found.ports += _ports()
+        ports: Any = import_module("serial.tools.list_ports").comports()
+        found.ports += [FoundPort(one.device, one.description) for one in sorted(ports)]
     except ImportError:
         found.notes.append("serial ports: pip install 'afferents[record]' to see them")
     return found
@@ -97,19 +104,3 @@ def _look_at_cameras(found: Found, folder: Path) -> None:
 def _number(path: Path) -> tuple[int, str]:
     digits = "".join(filter(str.isdigit, path.name))
     return int(digits or 0), path.name
-
-
-def _microphones() -> list[FoundMicrophone]:
-    listed: Any = import_portaudio().query_devices()
-    return [
-        FoundMicrophone(
-            str(number), one["name"], one["max_input_channels"], one["default_samplerate"]
-        )
-        for number, one in enumerate(listed)
-        if one["max_input_channels"]
-    ]
-
-
-def _ports() -> list[FoundPort]:
-    listed: Any = import_module("serial.tools.list_ports").comports()
-    return [FoundPort(one.device, one.description) for one in sorted(listed)]

@@ -233,7 +233,12 @@ def _compare_model(
         stages[_by_keras(model)].add(of_theirs, thinned(keras), where)
     if of_theirs is not None and of_ours is not None:
         stages[_of_ours(model)].add(of_ours, of_theirs, where)
-    shares = (_share_right(answers, n_textures) for answers in (of_theirs, of_ours))
+    shares = (
+        None
+        if answers is None
+        else float((answers.argmax(axis=1) == np.arange(len(answers)) % n_textures).mean())
+        for answers in (of_theirs, of_ours)
+    )
     return Answered(model.name, speed_mm_s, *shares)
 
 
@@ -249,12 +254,6 @@ def _ask(network: Network, in_turn: Floats) -> Floats:
     values = torch.from_numpy(np.ascontiguousarray(thinned(in_turn)))
     config = training_config("paper", network.recipe, Compute("auto", "float32"))
     return predict(network, values, np.arange(len(values)), 1.0, config)
-
-
-def _share_right(answers: Floats | None, n_textures: int) -> float | None:
-    if answers is None:
-        return None
-    return float((answers.argmax(axis=1) == np.arange(len(answers)) % n_textures).mean())
 
 
 def _of_stages(differences: Sequence[Difference]) -> pd.DataFrame:

@@ -41,9 +41,13 @@ def calibrate_sensor(
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: expected a name that ends in .toml, found '{out}'")
-    _require_clips(videos)
+    if not videos:
+        raise InputError("calibrate: expected a clip of the skin at rest, or several, found none")
+    for n, video in enumerate(videos):
+        if any(video.resolve() == other.resolve() for other in videos[:n]):
+            raise InputError(f"{video}: expected each clip once, found it twice")
     picture = out.with_suffix(".png")
-    require_free(out, "a sensor file", _is_calibrated, force=force, reads=videos)
+    require_free(out, "a sensor file", lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
     require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
         [open_video(video) for video in videos], printable(out.stem), pitch_mm
@@ -59,19 +63,6 @@ def calibrate_sensor(
     return describe(found), picture
 
 
-def _require_clips(videos: Sequence[Path]) -> None:
-    """Refuse no clip, and a clip that counts twice."""
-    if not videos:
-        raise InputError("calibrate: expected a clip of the skin at rest, or several, found none")
-    for n, video in enumerate(videos):
-        if any(video.resolve() == other.resolve() for other in videos[:n]):
-            raise InputError(f"{video}: expected each clip once, found it twice")
-
-
-def _is_calibrated(path: Path) -> bool:
-    return path.is_file() and has_mark(path, MADE_BY)
-
-
 def describe(found: Calibration) -> list[str]:
     """Say what was found, to be checked against the picture."""
     sensor, layout, picture = found.sensor, found.found, found.picture
@@ -84,9 +75,11 @@ def describe(found: Calibration) -> list[str]:
         scale = f" ({px_per_mm:.1f} px a mm)"
         if isinstance(sensor.detector, DiscDetector):
             mm = f" ({sensor.detector.radius_px / px_per_mm:.2f} mm)"
+    n = len(found.clips)
+    clips = f" that at least half of {n} clips show" if n > 1 else ""
     missing = (sensor.n_markers or 0) - len(found.position)
     return [
-        f"{len(found.position)} {shade} markers{_clips(found)}, {looks(sensor.detector)}{mm}, "
+        f"{len(found.position)} {shade} markers{clips}, {looks(sensor.detector)}{mm}, "
         f"{layout.spacing_px:.1f} px apart{scale}.",
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
@@ -100,11 +93,6 @@ def describe(found: Calibration) -> list[str]:
 def _counted(found: Calibration) -> str:
     n = len(found.suspects)
     return f"{len(found.position)} markers" + (f"; {n} suspects are left out" if n else "")
-
-
-def _clips(found: Calibration) -> str:
-    n = len(found.clips)
-    return f" that at least half of {n} clips show" if n > 1 else ""
 
 
 def _suspects(found: Calibration) -> list[str]:

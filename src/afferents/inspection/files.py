@@ -75,31 +75,22 @@ def inspect_video(
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
     issues = footage.find_issues() or find_hidden_markers(tracks, path, None)
     found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in issues]
-    found.sentences += stall_sentences(footage)
-    found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in issues}}
-    found.facts["stalls_s"] = footage.figures.stalls.spans
+    stalls = footage.figures.stalls
+    if stalls.spans:
+        found.sentences.append(
+            f"The camera stalled and gave the very same picture {stalls}. RA-I is 0 there and too "
+            "large in the next frame."
+        )
+    quality = asdict(measure_quality(tracks))
+    found.facts |= {name: None if value != value else value for name, value in quality.items()}
+    found.facts |= {"doubts": {d.kind: d.found for d in issues}}
+    found.facts["stalls_s"] = stalls.spans
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
         found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
     return found
-
-
-def stall_sentences(footage: Footage) -> list[str]:
-    """Say when the camera stood still, if it did."""
-    if not footage.figures.stalls.spans:
-        return []
-    return [
-        f"The camera stalled and gave the very same picture {footage.figures.stalls}. RA-I is 0 "
-        "there and too large in the next frame."
-    ]
-
-
-def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:
-    """Return the tracking's figures, None for what is not a number."""
-    quality = asdict(measure_quality(tracks))
-    return {name: None if value != value else value for name, value in quality.items()}
 
 
 def frame_time_sentences(tracks: xr.Dataset) -> list[str]:

@@ -278,7 +278,7 @@ def _tables(
     """Return all tables, a step of the bar each; the longest is begun first."""
     steps = {
         "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
-        "exponents": partial(_exponents_of, store),
+        "exponents": partial(exponents, open_responses(store)),
         "stretch": partial(stretch_match, spikes, seed=seed),
         "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
         "slopes": partial(rate_slopes, spikes),
@@ -292,10 +292,6 @@ def _tables(
 
 def _table(name: str, make: Callable[[], pd.DataFrame]) -> tuple[str, pd.DataFrame]:
     return name, make()
-
-
-def _exponents_of(store: Path) -> pd.DataFrame:
-    return exponents(open_responses(store))
 
 
 def rates_table(spikes: Spikes) -> pd.DataFrame:

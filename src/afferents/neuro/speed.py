@@ -170,11 +170,13 @@ def _match(
     n_units = int((moved.recorded.any(axis=0) & still.recorded.any(axis=0)).sum())
     n_trains = int(moved.recorded.sum() + still.recorded.sum())
     moved = moved.stretched(factor)
-    n = _common_bins(moved, still, seconds)
+    ends_s = [one.trials["duration_s"].min() for one in (moved, still)]
+    n = max(int(min(*ends_s, seconds) / RESOLUTION_S), 2)
     sigma = SMOOTHING_MM / to_mm_s / RESOLUTION_S  # of bins
+    shared = moved.recorded.astype(np.float64) @ still.recorded.T
     likeness = pd.DataFrame(
         _likeness(_smoothed(moved, n, sigma), _smoothed(still, n, sigma))
-        / _root_of_shared(moved, still),
+        / np.sqrt(np.where(shared > 0, shared, np.nan)),
         moved.trials["texture"].to_numpy(str),
         still.trials["texture"].to_numpy(str),
     )
@@ -187,17 +189,6 @@ def _match(
         "n_units": n_units,
         "n_trains": n_trains,
     }
-
-
-def _root_of_shared(first: Spikes, second: Spikes) -> NDArray[np.float64]:
-    """Return (first, second): the root of how many units two trials share; NaN for none."""
-    shared = first.recorded.astype(np.float64) @ second.recorded.T
-    return np.sqrt(np.where(shared > 0, shared, np.nan))
-
-
-def _common_bins(moved: Spikes, kept: Spikes, seconds: float) -> int:
-    shortest = min(moved.trials["duration_s"].min(), kept.trials["duration_s"].min(), seconds)
-    return max(int(shortest / RESOLUTION_S), 2)
 
 
 def _smoothed(spikes: Spikes, n: int, sigma: float) -> NDArray[np.complex128]:

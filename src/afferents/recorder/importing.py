@@ -82,7 +82,11 @@ def import_recording(
         frames are missing (unless `keep`).
     """
     source, target = Path(video), Path(session)
-    _require_label(texture, speed_mm_s)
+    if not is_texture(texture):
+        raise InputError(f"--texture: expected a name that a folder may have, found '{texture}'")
+    if not 0 < speed_mm_s <= FASTEST_MM_S:
+        expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
+        raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
     if not is_bag(source):
         if times is None:
             raise InputError(
@@ -157,15 +161,6 @@ def _write(
             write_json(partial / RUN, about)
         _note(session, earlier, declared)
     return checks
-
-
-def _require_label(texture: str, speed_mm_s: float) -> None:
-    """Refuse a texture or speed that can't be a folder."""
-    if not is_texture(texture):
-        raise InputError(f"--texture: expected a name that a folder may have, found '{texture}'")
-    if not 0 < speed_mm_s <= FASTEST_MM_S:
-        expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
-        raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
 
 
 def _read_times(path: Path) -> pd.DataFrame:

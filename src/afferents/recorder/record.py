@@ -286,7 +286,10 @@ class Recorder:
         self._progress, self._outcome = progress, Recorded(session)
         self._kept = kept = RecordedSession(session, self.plan, self.simulated)
         entries = self.plan.entries()
-        _require_runs(again, [entry.name for entry in entries])
+        there = [entry.name for entry in entries]
+        if unknown := [name for name in again if name not in there]:
+            some = ", ".join(there[:5]) + (", ..." if len(there) > 5 else "")
+            raise InputError(f"--again: expected runs of the plan ({some}), found '{unknown[0]}'")
         todo = [e for e in entries if e.name not in kept.finished or e.name in again]
         if not todo:
             return self._outcome
@@ -409,11 +412,3 @@ class Recorder:
     ) -> None:
         place = self._kept.put_aside(folder, entry.name, why, checks)
         self._outcome.attempts_aside.append((str(place), why))
-
-
-def _require_runs(wanted: Collection[str], there: Sequence[str]) -> None:
-    """Refuse names of no run."""
-    for name in wanted:
-        if name not in there:
-            some = ", ".join(there[:5]) + (", ..." if len(there) > 5 else "")
-            raise InputError(f"--again: expected runs of the plan ({some}), found '{name}'")

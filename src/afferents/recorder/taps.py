@@ -69,7 +69,10 @@ def describe_sound_times(
     said: dict[str, Any] = {}
     if microphone is not None and log.blocks and log.origin_s is not None:
         clock = sound_clock(log.blocks, microphone.rate_hz)
-        said[SOUND_CLOCK] = clock.after(log.origin_s)
+        said[SOUND_CLOCK] = {"seconds": clock.start_s - log.origin_s, "error_s": clock.error_s}
+        if clock.drift is not None:
+            share, error = clock.drift
+            said[SOUND_CLOCK] |= {"drift": share, "drift_error": error}
     if taps:
         said[AUDIO_OFFSET] = {"seconds": taps.offset_s, "error_s": taps.error_s}
     return said

@@ -159,13 +159,6 @@ class SoundClock(NamedTuple):
     error_s: float
     drift: Drift | None
 
-    def after(self, origin_s: float) -> dict[str, float]:
-        """Return it as `run.json` has it: by how much the sound began after the run's zero."""
-        said = {"seconds": self.start_s - origin_s, "error_s": self.error_s}
-        if self.drift is not None:
-            said |= {"drift": self.drift.share, "drift_error": self.drift.error}
-        return said
-
 
 def sound_clock(blocks: Sequence[BlockRow], rate_hz: float) -> SoundClock:
     """Lay a straight line through the times of blocks, up to the first before which some are lost.

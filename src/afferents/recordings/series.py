@@ -142,29 +142,24 @@ class SeriesFile:
     expected_hz: float | None = None
 
     @cached_property
-    def _known(self) -> tuple[tuple[int, int], Rows | None]:
+    def _known(self) -> tuple[int, int, Rows | None]:
         table, rows = self._table()
-        return (len(table.values), len(self._channels(table))), rows
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Samples and channels; reads the file."""
-        return self._known[0]
-
-    @property
-    def rows(self) -> Rows | None:
-        """What rows were resampled, None where none were; reads the file."""
-        return self._known[1]
+        return len(table.values), len(self._channels(table)), rows
 
     @property
     def n_samples(self) -> int:
-        """Samples in each channel."""
-        return self.shape[0]
+        """Samples in each channel; reads the file."""
+        return self._known[0]
 
     @property
     def n_channels(self) -> int:
         """Channels that are read."""
-        return self.shape[1]
+        return self._known[1]
+
+    @property
+    def rows(self) -> Rows | None:
+        """What rows were resampled, None where none were; reads the file."""
+        return self._known[2]
 
     @cached_property
     def sample_rate_hz(self) -> float:
