@@ -59,23 +59,30 @@ class Bag:
     audio_channels: int | None = None
 
 
-class BagFiles(NamedTuple):
-    """What was taken out of a bag.
+class ImportedFiles(NamedTuple):
+    """What is imported: a video, its sound, and times of its frames.
 
     Attributes
     ----------
     video, audio
         Files; without sound `audio` is None.
     time_s
-        When each frame was taken, s.
+        When each frame was taken, (n_frames,), s.
     audio_start_s
-        When the first sample was taken, on the same clock.
+        When the first sample was taken, on the same clock; None for with the first frame.
+    where, origin
+        What somebody named, for an error and for `run.json`.
+    sequence
+        The camera's numbers of the frames, (n_frames,); None where it has none.
     """
 
     video: Path
-    time_s: list[float]
     audio: Path | None
+    time_s: NDArray[np.float64]
     audio_start_s: float | None
+    where: Path
+    origin: dict[str, str]
+    sequence: NDArray[np.int64] | None = None
 
 
 def is_bag(path: Path) -> bool:
@@ -83,7 +90,7 @@ def is_bag(path: Path) -> bool:
     return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
 
 
-def extract_files(bag: Bag, folder: Path) -> BagFiles:
+def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
     """Write what is wanted of a bag into a folder.
 
     Raises
@@ -98,10 +105,10 @@ def extract_files(bag: Bag, folder: Path) -> BagFiles:
             there = ", ".join(sorted(reader.topics)) or "no topic"
             raise InputError(f"{bag.path}: expected a topic of pictures, found {there}")
         video, audio = folder / "video.mp4", folder / "audio.wav"
-        time_s = _write_video(reader, pictures, bag.path, video)
-        if sounds is None:
-            return BagFiles(video, time_s, None, None)
-        return BagFiles(video, time_s, audio, _write_sound(reader, sounds, bag, audio))
+        time_s = np.array(_write_video(reader, pictures, bag.path, video))
+        start_s = _write_sound(reader, sounds, bag, audio) if sounds else None
+        heard, origin = audio if sounds else None, {"bag": str(bag.path)}
+        return ImportedFiles(video, heard, time_s, start_s, bag.path, origin)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import av
 import numpy as np
@@ -17,7 +17,7 @@ from afferents.documents import read_json
 from afferents.errors import InputError, reading
 from afferents.files import Place, checksum, write_aside, write_json
 from afferents.outputs import require_new_folder, writing_alone
-from afferents.recorder.bags import Bag, extract_files, is_bag
+from afferents.recorder.bags import Bag, ImportedFiles, extract_files, is_bag
 from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
@@ -95,7 +95,9 @@ def import_recording(
         sound = None if audio is None else Path(audio)
         table = _read_times(Path(times))
         said = {"video": str(source), "audio": str(sound or "")}
-        files = _Files(source, sound, table, audio_start_s, source, said)
+        sequence = table[SEQUENCE].to_numpy() if SEQUENCE in table else None
+        time_s = table[TIME].to_numpy()
+        files = ImportedFiles(source, sound, time_s, audio_start_s, source, said, sequence)
         return _write(files, target, texture, speed_mm_s, keep)
     if audio is not None or times is not None:
         raise InputError(
@@ -103,39 +105,14 @@ def import_recording(
         )
     bag = Bag(source, image_topic, audio_topic, audio_rate_hz, audio_channels)
     with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
-        found = extract_files(bag, Path(folder))
-        start_s = found.audio_start_s if audio_start_s is None else audio_start_s
-        table, said = pd.DataFrame({TIME: found.time_s}), {"bag": str(source)}
-        files = _Files(found.video, found.audio, table, start_s, source, said)
+        files = extract_files(bag, Path(folder))
+        if audio_start_s is not None:
+            files = files._replace(audio_start_s=audio_start_s)
         return _write(files, target, texture, speed_mm_s, keep)
 
 
-class _Files(NamedTuple):
-    """What is imported: a video, its sound or None, and times of its frames.
-
-    Attributes
-    ----------
-    audio_start_s
-        When the first sample was taken, on the clock of `times`; None for with the first frame.
-    where, origin
-        What somebody named, for an error and for `run.json`.
-    """
-
-    video: Path
-    audio: Path | None
-    times: pd.DataFrame
-    audio_start_s: float | None
-    where: Path
-    origin: dict[str, str]
-
-    @property
-    def time_s(self) -> NDArray[np.float64]:
-        """When each frame was taken, (n_frames,), s."""
-        return self.times[TIME].to_numpy()
-
-
 def _write(
-    files: _Files, session: Path, texture: str, speed_mm_s: float, keep: bool
+    files: ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
 ) -> list[Check]:
     """Write a recording of a session."""
     declared = _declare(files)
@@ -198,10 +175,12 @@ def _rate_hz(time_s: NDArray[np.float64]) -> float:
     return float(_numbers(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
-def _check(files: _Files, declared: Mapping[str, Any], keep: bool) -> tuple[Log, list[Check]]:
+def _check(
+    files: ImportedFiles, declared: Mapping[str, Any], keep: bool
+) -> tuple[Log, list[Check]]:
     """Look at the frames; numbers that are missing are worked out from the times."""
     time_s, rate_hz = files.time_s, _rate_hz(files.time_s)
-    numbers = files.times[SEQUENCE] if SEQUENCE in files.times else _numbers(time_s)
+    numbers = _numbers(time_s) if files.sequence is None else files.sequence
     log = Log(origin_s=float(time_s[0]))
     log.frames = [
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
@@ -253,7 +232,7 @@ def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> Non
         )
 
 
-def _write_sound(files: _Files, target: Path) -> float:
+def _write_sound(files: ImportedFiles, target: Path) -> float:
     """Write the sound so that it and the video count from one moment; return which, s.
 
     Where the sound began after the video, silence stands for what is missing.
@@ -273,7 +252,7 @@ def _write_sound(files: _Files, target: Path) -> float:
     return float(start_s - missing / rate_hz)
 
 
-def _declare(files: _Files) -> dict[str, Any]:
+def _declare(files: ImportedFiles) -> dict[str, Any]:
     """Return what `session.json` is to say of the files."""
     video = VideoFile(files.video)
     said: dict[str, Any] = {
@@ -292,7 +271,9 @@ def _declare(files: _Files) -> dict[str, Any]:
     return said
 
 
-def _read_earlier(files: _Files, session: Path, declared: Mapping[str, Any]) -> dict[str, Any]:
+def _read_earlier(
+    files: ImportedFiles, session: Path, declared: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return what the session says already.
 
     Raises
