@@ -131,8 +131,9 @@ class Described(DataSet):
         if "speed" in said:
             speed = self._speed(series.path, said.pop("speed"))
         texture = files.texture or said.pop("texture")
+        inner = series.path.relative_to(self.root).with_suffix("")
         return Recording(
-            name=self._name(series.path),
+            name=series.path.stem if self.description is not None else inner.as_posix(),
             texture=texture,
             speed_mm_s=speed,
             source=series.path,
@@ -151,11 +152,6 @@ class Described(DataSet):
                 f"{path}: expected a slide faster than 0 mm/s, found '{text}' in its name"
             )
         return speed
-
-    def _name(self, path: Path) -> str:
-        if self.description is not None:
-            return path.stem
-        return path.relative_to(self.root).with_suffix("").as_posix()
 
     def _require_distinct(self, recordings: list[Recording]) -> None:
         """Refuse files that the pattern does not tell apart: it matches something twice."""

@@ -1,7 +1,7 @@
 """Where a session's recordings are: in the published layout, or as its session file says."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 from afferents.errors import InputError
@@ -170,21 +170,16 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         if speed == 0:
             raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
         others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}
+        parts = [values[name] for name in (TEXTURE, SPEED) if name in values]
+        parts += ["_".join(others.values())] if others else []
         yield ListedRecording(
             video=None if heard else file,
             audio=file if heard else beside,
             texture=_label(path, values[TEXTURE]),
             speed_mm_s=speed,
-            id=_id(path, values, others),
+            id="/".join(_label(path, part) for part in parts),
             conditions=others,
         )
-
-
-def _id(path: Path, values: Mapping[str, str], others: Mapping[str, str]) -> str:
-    """Return ``texture/speed/rest``; the rest is all other names' values."""
-    speed = [values[SPEED]] if SPEED in values else []
-    rest = ["_".join(others.values())] if others else []
-    return "/".join(_label(path, part) for part in [values[TEXTURE], *speed, *rest])
 
 
 def _label(path: Path, text: str) -> str:

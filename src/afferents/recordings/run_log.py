@@ -254,19 +254,15 @@ def clock_sentences(session: RecordingSet) -> list[str]:
     if drifts:
         typical = sorted(drifts)[len(drifts) // 2]
         said += f", and the sound's clock drifted by {typical.said()} in the median"
-    return [f"{said}.", *_far_apart(known)]
-
-
-def _far_apart(known: list[Clocks]) -> list[str]:
-    """Name the recordings in which sound and picture lie more than half a frame apart."""
     far = [one for one in known if one.apart_s * one.fps_hz > LIMIT_FRAMES]
     if not far:
-        return []
+        return [f"{said}."]
     worst = max(far, key=lambda one: one.apart_s)
     return [
+        f"{said}.",
         f"In {len(far)} of them sound and picture lie more than half a frame apart, most in "
         f"{worst.name} ({1000 * worst.apart_s:.1f} ms): record shorter runs, or from the sound "
-        "card itself rather than a sound server."
+        "card itself rather than a sound server.",
     ]
 
 

@@ -53,11 +53,14 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
     require_distinct(root, (r.texture for r in recordings), speeds)
     if not declared.recordings:
         _require_no_holes(root, recordings, declared)
-    for what, has in (
-        ("video", {r.name: r.video is not None for r in recordings}),
-        ("audio", {r.name: r.audio is not None for r in recordings}),
-    ):
-        _require_all_or_none(root, what, has, declared)
+    for what, usual in (("video", "video.mp4"), ("audio", "audio.wav")):
+        lacking = [r.name for r in recordings if getattr(r, what) is None]
+        if 0 < len(lacking) < len(recordings):  # models would be left out for all
+            raise InputError(
+                f"{root}: expected {what if declared.names_files else usual} in every condition or "
+                f"in none, found none in {', '.join(lacking)}; record what is missing, or move "
+                f"these folders away and declare them in {declared.file} as 'holes'"
+            )
 
 
 def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:
@@ -72,20 +75,6 @@ def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: Ses
             f"{root}: expected a recording of every texture at every speed, found none in "
             f"{names}; record what is missing or declare it in {declared.file}: holes = "
             f"{[[texture, speed] for texture, speed in missing]}"
-        )
-
-
-def _require_all_or_none(
-    root: Path, what: str, has: Mapping[str, bool], declared: SessionFile
-) -> None:
-    """Refuse a file that only some conditions have: models would be left out for all."""
-    lacking = [name for name, there in has.items() if not there]
-    if 0 < len(lacking) < len(has):
-        file = what if declared.names_files else {"video": "video.mp4", "audio": "audio.wav"}[what]
-        raise InputError(
-            f"{root}: expected {file} in every condition or in none, found none in "
-            f"{', '.join(lacking)}; record what is missing, or move these folders away and "
-            f"declare them in {declared.file} as 'holes'"
         )
 
 

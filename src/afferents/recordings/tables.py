@@ -185,21 +185,17 @@ class Signal(StrictForm):
     def _agrees(self) -> Self:
         if self.sample_rate_hz and self.period_ms:
             raise ValueError("sample_rate_hz or period_ms, not both")
-        self._resamples_times()
+        lone = sorted(_RESAMPLING & self.model_fields_set)
+        other = [name for name in _OF_A_CLOCK if getattr(self, name) is not None]
+        if self.resample_hz is None and lone:
+            raise ValueError(f"{lone[0]} goes with resample_hz")
+        if self.resample_hz is not None and self.time is None:
+            raise ValueError("resample_hz needs the time column")
+        if self.resample_hz is not None and other:
+            raise ValueError(f"resample_hz or {other[0]}, not both")
         if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1] >= 0:
             raise ValueError("steady_s must start before it stops")
         return self
-
-    def _resamples_times(self) -> None:
-        """Refuse what contradicts `resample_hz`, or means nothing without it."""
-        if self.resample_hz is None:
-            if lone := sorted(_RESAMPLING & self.model_fields_set):
-                raise ValueError(f"{lone[0]} goes with resample_hz")
-            return
-        if self.time is None:
-            raise ValueError("resample_hz needs the time column")
-        if other := [name for name in _OF_A_CLOCK if getattr(self, name) is not None]:
-            raise ValueError(f"resample_hz or {other[0]}, not both")
 
 
 class DataSetFile(StrictForm):

@@ -100,8 +100,12 @@ def export_nwb(
     require_free(out, "an NWB file", _is_exported, force=force, reads=reads)
     began = _time(start_time)
     recordings = open_responses(store)
-    if markers:
-        _require_one_layout(store, recordings)
+    numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
+    if markers and len(numbers) > 1:  # there is one series a marker
+        found = " and ".join(map(str, sorted(numbers)))
+        raise InputError(
+            f"{store}: expected as many markers in each recording, found {found}; add --no-markers"
+        )
     of_session = {} if session is None else _session(Path(session), recordings)
     names = classes.replace(",", " ").split() if isinstance(classes, str) else classes
     laid = laid_out(recordings)
@@ -207,16 +211,6 @@ def _session(folder: Path, recordings: Sequence[Responses]) -> dict[str, Recordi
                 f"{folder}: expected {expected}, found others; give that session, or none"
             )
     return found
-
-
-def _require_one_layout(store: Path, recordings: Sequence[Responses]) -> None:
-    """Refuse tracks of several sensors: there is one series a marker."""
-    numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
-    if len(numbers) > 1:
-        found = " and ".join(map(str, sorted(numbers)))
-        raise InputError(
-            f"{store}: expected as many markers in each recording, found {found}; add --no-markers"
-        )
 
 
 def _is_exported(path: Path) -> bool:
