@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -85,54 +84,48 @@ def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> li
     InputError
         If one refuses what it is asked for.
     """
-    taken = _take(devices)
-    frames, blocks = taken.frames, taken.blocks
+    arrived = _take(devices)
+    frames, blocks = [frame for _, frame in arrived[0]], [block for _, block in arrived[1]]
     checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
     if devices.microphone is not None:
         checks += _sound(devices, blocks, plan)
-    checks += _clocks(devices, taken, plan)
+    checks += _clocks(devices, *arrived, plan)
     checks.append(_disk(devices, frames, plan, session))
     return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
 
 
-class _Taken(NamedTuple):
-    """Frames and sound, and when each of them arrived, s."""
-
-    frames: list[Frame]
-    blocks: list[Block]
-    frames_s: list[float]
-    blocks_s: list[float]
+Frames = list[tuple[float, Frame]]
+Blocks = list[tuple[float, Block]]
+"""With when each arrived, s."""
 
 
-def _take(devices: Devices) -> _Taken:
+def _take(devices: Devices) -> tuple[Frames, Blocks]:
     """Take frames and sound for a while, side by side."""
-    taken, faults, now = _Taken([], [], [], []), list[Exception](), devices.clock.now
-
-    def look(frame: Frame) -> None:
-        taken.frames_s.append(now())
-        taken.frames.append(frame)
-
-    def listen(block: Block) -> None:
-        taken.blocks_s.append(now())
-        taken.blocks.append(block)
-
-    with devices.stream(look, listen, faults.append):
+    frames: Frames = []
+    blocks: Blocks = []
+    faults, now = list[Exception](), devices.clock.now
+    with devices.stream(
+        lambda frame: frames.append((now(), frame)),
+        lambda block: blocks.append((now(), block)),
+        faults.append,
+    ):
         devices.clock.wait(LOOKED_S, threading.Event())
     if faults:
         raise faults[0]
-    return taken
+    return frames, blocks
 
 
-def _clocks(devices: Devices, taken: _Taken, plan: Plan) -> list[Check]:
+def _clocks(devices: Devices, frames: Frames, blocks: Blocks, plan: Plan) -> list[Check]:
     """Compare the clocks of camera and microphone with this machine's, where both gave enough."""
-    frames, frames_s = taken.frames[WARM_UP:], taken.frames_s[WARM_UP:]
-    if len(frames) < _ENOUGH or (devices.microphone and len(taken.blocks) < _ENOUGH):
+    frames = frames[WARM_UP:]
+    if len(frames) < _ENOUGH or (devices.microphone and len(blocks) < _ENOUGH):
         return []  # said already
-    camera = fit_drift([frame.time_s for frame in frames], frames_s)
+    camera = fit_drift([frame.time_s for _, frame in frames], [at_s for at_s, _ in frames])
     heard = None
     if devices.microphone is not None:
-        n = np.cumsum([len(block.samples) for block in taken.blocks])
-        heard = fit_drift((n / devices.microphone.settings.rate_hz).tolist(), taken.blocks_s)
+        n = np.cumsum([len(block.samples) for _, block in blocks])
+        own_s = n / devices.microphone.settings.rate_hz
+        heard = fit_drift(own_s.tolist(), [at_s for at_s, _ in blocks])
     return [check_clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
 
 
