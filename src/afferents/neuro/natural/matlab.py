@@ -36,7 +36,11 @@ def read_variables(path: Path, *names: str) -> dict[str, Any]:
     wanted = {name.partition(".")[0] for name in names}
     with reading(path, "a MATLAB file", do=_DO):
         found = (_read_hdf5 if _is_hdf5(path) else _read_v5)(path, wanted)
-    return {name: _field(found[name.partition(".")[0]], name, path) for name in names}
+    return {
+        name: _field(found[first], others, name, path)
+        for name in names
+        for first, *others in [name.split(".")]
+    }
 
 
 def _is_hdf5(path: Path) -> bool:
@@ -107,7 +111,10 @@ class _Hdf5:
             return self._struct(item)
         kind = self._class(item)
         if item.attrs.get("MATLAB_empty", 0):
-            return "" if kind == "char" else _empty(item[()], kind)
+            if kind == "char":
+                return ""
+            sizes = item[()].astype(int)  # MATLAB writes the size in place of the content
+            return np.empty(tuple(sizes), object if kind == "cell" else np.float64)
         if self._refers(item):
             return self._followed(item)
         values = np.asarray(item[()]).T
@@ -137,21 +144,13 @@ class _Hdf5:
         return kind.decode() if isinstance(kind, bytes) else str(kind)
 
 
-def _empty(shape: NDArray[Any], kind: str) -> NDArray[Any]:
-    """Return an empty array: MATLAB writes its size in place of its content."""
-    return np.empty([int(n) for n in shape], object if kind == "cell" else np.float64)
-
-
-def _field(value: Any, name: str, path: Path) -> Any:
-    """Return the field of a struct that a dotted name leads to; of many structs, of each."""
-    for part in name.split(".")[1:]:
-        value = _of_each(value, part, name, path)
-    return value
-
-
-def _of_each(value: Any, part: str, name: str, path: Path) -> Any:
+def _field(value: Any, names: list[str], name: str, path: Path) -> Any:
+    """Return the field of a struct that names lead to; of many structs, of each."""
+    if not names:
+        return value
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        return _mapped(lambda one: _of_each(one, part, name, path), value)
+        return _mapped(lambda one: _field(one, names, name, path), value)
+    part, *others = names
     if not isinstance(value, dict):
         raise InputError(
             f"{path}: expected a struct with the field '{part}', for {name}, found no struct"
@@ -160,4 +159,4 @@ def _of_each(value: Any, part: str, name: str, path: Path) -> Any:
         raise InputError(
             f"{path}: expected the field '{part}', for {name}, found fields {', '.join(value)}"
         )
-    return value[part]
+    return _field(value[part], others, name, path)
