@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.exchange.authors_arrays import (
+    SHAPES,
     Floats,
     TestSets,
     compare_responses,
@@ -224,7 +225,7 @@ def _compare_model(
     if path is None or (theirs is None and ours is None):
         return None
     n_textures = len(sets.textures)
-    network = build(model.classifier, n_textures, sets.shape(model))
+    network = build(model.classifier, n_textures, SHAPES[model.encoding])
     assert isinstance(network, Network)
     load_keras_weights(network, path)
     of_theirs, of_ours = (None if one is None else _ask(network, one) for one in (theirs, ours))

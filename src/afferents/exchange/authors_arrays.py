@@ -130,7 +130,7 @@ def same_markers(ours: Floats, theirs: Floats) -> NDArray[np.intp]:
 
 # The test sets of the paper's models, ours and the authors', in one order and one form.
 
-_SHAPES = {"spatial": (19, 19), "spatiotemporal": (10, 19, 19), "spectral": (1, 200)}
+SHAPES = {"spatial": (19, 19), "spatiotemporal": (10, 19, 19), "spectral": (1, 200)}
 """Of the samples of the paper's networks, by encoding."""
 
 
@@ -177,7 +177,7 @@ class TestSets:
                 f"{where}: expected {expected}, found {len(labels)} of {int(labels.max()) + 1} "
                 "textures"
             )
-        shape = self.shape(model)
+        shape = SHAPES[model.encoding]
         if samples[0].size != int(np.prod(shape)):
             expected = f"samples of {' x '.join(map(str, shape))}"
             raise InputError(
@@ -230,11 +230,6 @@ class TestSets:
     def _read(self, model: Model, speed_mm_s: float) -> dict[str, Floats] | None:
         path = self.folder / "samples" / model.name / f"{speed_mm_s:g}.npz"
         return _read(path, _SAMPLES, "outputs")
-
-    @staticmethod
-    def shape(model: Model) -> tuple[int, ...]:
-        """Return the shape of a sample that the paper's network of that model takes."""
-        return _SHAPES[model.encoding]
 
 
 def nearest(ours: Floats, theirs: Floats) -> Floats:

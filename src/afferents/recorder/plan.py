@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from afferents.documents import StrictForm, as_form, read_toml
 from afferents.errors import InputError
@@ -27,6 +27,12 @@ LEAST_TAP_S = 2.0
 def is_texture(name: str) -> bool:
     """Tell whether a texture of this name can be a folder of a session."""
     return _TEXTURE.fullmatch(name) is not None and name not in NOT_TEXTURES
+
+
+def _texture(name: str) -> str:
+    if not is_texture(name):
+        raise ValueError("names that folders may have, such as '3' or 'linen'")
+    return name
 
 
 class Tolerance(StrictForm):
@@ -99,7 +105,7 @@ class Plan(StrictForm):
         without ``[drive]`` something else turns the drum.
     """
 
-    textures: tuple[str, ...] = Field(min_length=1)
+    textures: tuple[Annotated[str, AfterValidator(_texture)], ...] = Field(min_length=1)
     speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)
     repetitions: int = Field(1, ge=1, le=1000)
     seconds: float = Field(gt=0, le=24 * 3600)
@@ -120,14 +126,6 @@ class Plan(StrictForm):
     microphone: Mapping[str, Any] | None = None
     drive: Mapping[str, Any] = Field(default_factory=lambda: {"kind": "none"})
     tolerance: Tolerance = Tolerance()
-
-    @field_validator("textures")
-    @classmethod
-    def _name_folders(cls, textures: tuple[str, ...]) -> tuple[str, ...]:
-        for name in textures:
-            if not is_texture(name):
-                raise ValueError("names that folders may have, such as '3' or 'linen'")
-        return textures
 
     @model_validator(mode="after")
     def _can_tap(self) -> Self:

@@ -53,15 +53,6 @@ def in_order(time_ms: Numbers) -> NDArray[np.bool_]:
     return np.append(True, time_ms[1:] > latest[:-1])
 
 
-def rows_of(time_ms: Numbers, n_dropped: int, rate_hz: float) -> Rows:
-    """Describe the rows in order, of times (n,) in ms, that are brought to a rate in Hz."""
-    step = np.diff(time_ms)
-    usual_ms = float(np.median(step))
-    allowed_hz = rate_hz * (0.5 if _finer(time_ms, rate_hz) == 1 else _PASSED)
-    limit_hz = min(allowed_hz, 500 / usual_ms)
-    return Rows(len(time_ms) + n_dropped, n_dropped, usual_ms, float(step.max()), limit_hz)
-
-
 def resampled(time_ms: Numbers, values: Numbers, rate_hz: float, cubic: bool) -> Numbers:
     """Return what lies between rows, on a regular clock that begins at the first.
 
@@ -218,7 +209,11 @@ class SeriesFile:
             raise InputError(
                 f"{self.path}: expected two rows or more to resample, found {len(time_ms)}"
             )
-        rows = rows_of(time_ms, int((~kept).sum()), rate_hz)
+        step = np.diff(time_ms)
+        usual_ms, longest_ms = float(np.median(step)), float(step.max())
+        allowed_hz = rate_hz * (0.5 if _finer(time_ms, rate_hz) == 1 else _PASSED)
+        limit_hz = min(allowed_hz, 500 / usual_ms)
+        rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
         self._check_gaps(table.place[kept], table.unit, time_ms, rows)
         cubic = self.signal.interpolation == "cubic"
         values = resampled(time_ms, table.values[kept], rate_hz, cubic)

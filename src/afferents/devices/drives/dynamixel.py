@@ -81,11 +81,6 @@ class DynamixelDrive(Drive):
         self._port: Any = None
         self._speaking = threading.RLock()  # read in one thread, stopped from another
 
-    @property
-    def step_mm_s(self) -> float:
-        """Smallest step of its speed, mm/s."""
-        return abs(self._mm_a_turn) * TURNS_A_COUNT
-
     def open(self) -> None:
         """Open the port, and set velocity mode.
 
@@ -111,7 +106,8 @@ class DynamixelDrive(Drive):
             )
         self._port, self._packets = port, sdk.PacketHandler(2.0)
         self._measured = SpeedFromPosition()
-        self.limits = DriveLimits(self.step_mm_s, self.options.highest_mm_s)
+        step_mm_s = abs(self._mm_a_turn) * TURNS_A_COUNT
+        self.limits = DriveLimits(step_mm_s, self.options.highest_mm_s)
         atexit.register(self.stop)
         try:
             for address, value in ((WATCHDOG, 0), (TORQUE, 0), (OPERATING_MODE, BY_SPEED)):
