@@ -5,7 +5,7 @@ Times count from the recording's own zero, that of its video and its sound.
 
 import heapq
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,9 +19,8 @@ from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
-from afferents.recordings import ros_messages
 from afferents.recordings.audio import reading_sound
-from afferents.recordings.ros_messages import NS, Messages, typestore
+from afferents.recordings.ros_messages import NS, NUMBER, TEXT, Messages, typestore
 from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
@@ -95,11 +94,12 @@ def export_mcap(
         raise InputError(f"--percepts: expected {expected}, found {len(found)}")
     said = [] if percepts is None else _lines(Path(percepts))
     make, folders = Messages(types), []
+    predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in said]
     with Progress(quiet) as progress, write_aside(out) as partial:
         partial.mkdir(parents=True)
         for name, one in progress.track(found.items(), "exporting", len(found)):
             folders.append(name.replace("/", "_").replace(":", "_"))
-            messages = [*_messages(make, one, quality), _predictions(make, said)]
+            messages = [*_messages(make, one, quality), predictions]
             _write(partial / folders[-1], types, messages, name)
         write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
     return [out / folder for folder in folders]
@@ -114,7 +114,7 @@ class Stamped(NamedTuple):
     data: bytes
 
 
-def _write(path: Path, types: Any, messages: Sequence[Iterator[Stamped]], name: str) -> None:
+def _write(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: str) -> None:
     """Write a bag; its messages in order of time."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
@@ -133,7 +133,7 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
     found: list[Iterator[Stamped]] = []
     if recording is not None and recording.video is not None:
         found.append(
-            Stamped(at_ns, CAMERA, ros_messages.PICTURE, make.picture(at_ns, data))
+            Stamped(at_ns, CAMERA, *make.picture(at_ns, data))
             for at_ns, data in ((_ns(at_s), data) for at_s, data in jpegs(recording.video, quality))
         )
     if recording is not None and recording.audio is not None:
@@ -171,13 +171,13 @@ def _sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:
             samples = np.clip(np.rint(values * _FULL), -_FULL - 1, _FULL).astype(np.int16)
             yield _sound(make, first, samples, round(rate_hz))
         else:
-            data = make.numbers(values, (dims.AUDIO_TIME, dims.CHANNEL))
-            yield Stamped(_ns(first / rate_hz), VIBRATION, ros_messages.NUMBERS, data)
+            numbers = make.numbers(values, (dims.AUDIO_TIME, dims.CHANNEL))
+            yield Stamped(_ns(first / rate_hz), VIBRATION, *numbers)
 
 
 def _sound(make: Messages, first: int, samples: NDArray[np.int16], rate_hz: int) -> Stamped:
     at_ns = first * NS // rate_hz
-    return Stamped(at_ns, SOUND, ros_messages.SOUND, make.sound(at_ns, samples, rate_hz))
+    return Stamped(at_ns, SOUND, *make.sound(at_ns, samples, rate_hz))
 
 
 def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
@@ -189,12 +189,10 @@ def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
     position = responses[dims.POSITION].values
     for n, at_s in enumerate(responses[dims.TIME].values.tolist()):
         at_ns = _ns(at_s)
-        yield Stamped(at_ns, MARKERS, ros_messages.MARKS, make.marks(at_ns, position[n]))
-        data = make.numbers(position[n], (dims.MARKER, dims.SPACE))
-        yield Stamped(at_ns, POSITIONS, ros_messages.NUMBERS, data)
+        yield Stamped(at_ns, MARKERS, *make.marks(at_ns, position[n]))
+        yield Stamped(at_ns, POSITIONS, *make.numbers(position[n], (dims.MARKER, dims.SPACE)))
         for name, value in values.items():
-            data = make.numbers(value[n], (dims.MARKER,))
-            yield Stamped(at_ns, f"/touch/{name}", ros_messages.NUMBERS, data)
+            yield Stamped(at_ns, f"/touch/{name}", *make.numbers(value[n], (dims.MARKER,)))
 
 
 def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
@@ -204,13 +202,8 @@ def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
     speed = np.gradient(way.position_mm, way.time_s)
     for at_s, position, at_speed in zip(way.time_s, way.position_mm, speed, strict=True):
         at_ns = _ns(at_s)
-        yield Stamped(at_ns, DRUM_POSITION, ros_messages.NUMBER, make.number(position))
-        yield Stamped(at_ns, DRUM_SPEED, ros_messages.NUMBER, make.number(at_speed))
-
-
-def _predictions(make: Messages, lines: Sequence[tuple[int, str]]) -> Iterator[Stamped]:
-    for at_ns, line in lines:
-        yield Stamped(at_ns, PREDICTION, ros_messages.TEXT, make.text(line))
+        yield Stamped(at_ns, DRUM_POSITION, *make.make(NUMBER, data=float(position)))
+        yield Stamped(at_ns, DRUM_SPEED, *make.make(NUMBER, data=float(at_speed)))
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:

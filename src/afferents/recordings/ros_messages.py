@@ -30,6 +30,11 @@ PCM = "pcm-s16"
 _POINTS = 1
 """Of PointsAnnotation: single points, not a line."""
 _SIZE_PX = 5.0
+_FRAME = "fingertip_camera"
+"""Name of the camera's frame, in the headers."""
+
+Message = tuple[str, bytes]
+"""Its type, and its content."""
 
 _TYPES = {
     "foxglove_msgs/msg/Point2": "float64 x\nfloat64 y",
@@ -87,38 +92,32 @@ def typestore() -> Any:
 
 
 class Messages:
-    """Makes messages, each as bytes (CDR).
+    """Makes messages, each its type and its bytes (CDR).
 
     Parameters
     ----------
     store
         As `typestore` returns it.
-    frame
-        Name of the camera's frame, in the headers.
     """
 
-    def __init__(self, store: Any, frame: str = "fingertip_camera") -> None:
+    def __init__(self, store: Any) -> None:
         """Make nothing yet."""
-        self._store, self._types, self._frame = store, store.types, frame
+        self._store, self._types = store, store.types
 
-    def picture(self, at_ns: int, data: bytes) -> bytes:
+    def picture(self, at_ns: int, data: bytes) -> Message:
         """Return a JPEG."""
-        return self._bytes(
-            PICTURE, header=self._header(at_ns), format="jpeg", data=np.frombuffer(data, np.uint8)
-        )
+        header = self._types["std_msgs/msg/Header"](stamp=self._time(at_ns), frame_id=_FRAME)
+        return self.make(PICTURE, header=header, format="jpeg", data=np.frombuffer(data, np.uint8))
 
-    def marks(self, at_ns: int, position: NDArray[np.floating]) -> bytes:
+    def marks(self, at_ns: int, position: NDArray[np.floating]) -> Message:
         """Return markers, (n, 2), px, as points on the picture; those lost (NaN) are left out.
 
         Foxglove counts from the corner of the first pixel, we from its middle.
         """
-        point, colour = (
-            self._type("foxglove_msgs/msg/Point2"),
-            self._type("foxglove_msgs/msg/Color"),
-        )
+        point = self._types["foxglove_msgs/msg/Point2"]
         seen = position[np.isfinite(position).all(axis=1)].astype(np.float64) + 0.5
-        red = colour(r=1.0, g=0.2, b=0.2, a=1.0)
-        points = self._type("foxglove_msgs/msg/PointsAnnotation")(
+        red = self._types["foxglove_msgs/msg/Color"](r=1.0, g=0.2, b=0.2, a=1.0)
+        points = self._types["foxglove_msgs/msg/PointsAnnotation"](
             timestamp=self._time(at_ns),
             type=_POINTS,
             points=[point(x=x, y=y) for x, y in seen.tolist()],
@@ -127,48 +126,32 @@ class Messages:
             fill_color=red,
             thickness=_SIZE_PX,
         )
-        return self._bytes(MARKS, circles=[], points=[points], texts=[])
+        return self.make(MARKS, circles=[], points=[points], texts=[])
 
-    def sound(self, at_ns: int, samples: NDArray[np.int16], rate_hz: int) -> bytes:
+    def sound(self, at_ns: int, samples: NDArray[np.int16], rate_hz: int) -> Message:
         """Return samples, (n, channel)."""
         content = np.ascontiguousarray(samples, "<i2").view(np.uint8).ravel()
-        return self._bytes(
+        return self.make(
             SOUND, timestamp=self._time(at_ns), data=content, format=PCM, sample_rate=rate_hz,
             number_of_channels=samples.shape[1],
         )  # fmt: skip
 
-    def number(self, value: float) -> bytes:
-        """Return a number."""
-        return self._bytes(NUMBER, data=float(value))
-
-    def numbers(self, values: NDArray[np.floating], labels: tuple[str, ...]) -> bytes:
+    def numbers(self, values: NDArray[np.floating], labels: tuple[str, ...]) -> Message:
         """Return an array, whose dims are named."""
-        dimension = self._type("std_msgs/msg/MultiArrayDimension")
+        dimension = self._types["std_msgs/msg/MultiArrayDimension"]
         sizes = values.shape
-        strides = [int(np.prod(sizes[n:])) for n in range(len(sizes))]
-        layout = self._type("std_msgs/msg/MultiArrayLayout")(
-            dim=[
-                dimension(label=label, size=size, stride=stride)
-                for label, size, stride in zip(labels, sizes, strides, strict=True)
-            ],
-            data_offset=0,
-        )
+        dims = [
+            dimension(label=label, size=size, stride=int(np.prod(sizes[n:])))
+            for n, (label, size) in enumerate(zip(labels, sizes, strict=True))
+        ]
+        layout = self._types["std_msgs/msg/MultiArrayLayout"](dim=dims, data_offset=0)
         content = np.ascontiguousarray(values, np.float32).ravel()
-        return self._bytes(NUMBERS, layout=layout, data=content)
+        return self.make(NUMBERS, layout=layout, data=content)
 
-    def text(self, said: str) -> bytes:
-        """Return a text."""
-        return self._bytes(TEXT, data=said)
-
-    def _header(self, at_ns: int) -> Any:
-        return self._type("std_msgs/msg/Header")(stamp=self._time(at_ns), frame_id=self._frame)
+    def make(self, name: str, **fields: Any) -> Message:
+        """Return a message of a type that has these fields."""
+        return name, bytes(self._store.serialize_cdr(self._types[name](**fields), name))
 
     def _time(self, at_ns: int) -> Any:
         sec, nanosec = divmod(at_ns, NS)
-        return self._type("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)
-
-    def _type(self, name: str) -> Any:
-        return self._types[name]
-
-    def _bytes(self, name: str, **fields: Any) -> bytes:
-        return bytes(self._store.serialize_cdr(self._type(name)(**fields), name))
+        return self._types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
