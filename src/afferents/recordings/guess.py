@@ -14,7 +14,7 @@ import numpy as np
 from afferents.errors import InputError
 from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
 from afferents.recordings.series import in_order
-from afferents.recordings.tables import Signal, Table, read_table
+from afferents.recordings.tables import NUMBER, Signal, Table, read_table
 
 TRIAL = "trial"
 _PATTERNS = (
@@ -240,7 +240,7 @@ def _signal(path: Path) -> tuple[list[str], list[str]]:
         with path.open(encoding="utf-8-sig", errors="replace") as file:
             first = file.readline().strip()
         separator = max(",;\t", key=first.count)
-        header = not all(_is_number(field) for field in first.split(separator))
+        header = not all(NUMBER.fullmatch(field.strip()) for field in first.split(separator))
         form = Signal(separator=separator, header=header)
         lines += [f"separator = {json.dumps(separator)}"] * (separator != ",")
         lines += ["header = false"] * (not header)
@@ -256,14 +256,6 @@ def _signal(path: Path) -> tuple[list[str], list[str]]:
         return [*lines, "# sample_rate_hz = 100"], [said]
     clock, said = _clock(table, time)
     return [*lines, *clock], [said]
-
-
-def _is_number(field: str) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True
 
 
 def _time_in(table: Table) -> str | None:

@@ -18,6 +18,8 @@ from afferents.plugins import import_extra
 _PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
 _ANY = "*"
 _SPEED = r"[-+]?\d+(?:\.\d+)?"
+INTEGER = re.compile(r"[-+]?\d+")
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
 _MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
 _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
@@ -326,21 +328,10 @@ def _fault(path: Path, body: str, names: Sequence[str], signal: Signal, first: i
             return InputError(
                 f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
             )
-        for field in fields:
-            if not _is_number(field, signal.integers):
-                return InputError(
-                    f"{path}, line {number}: expected {kind}, found '{field.strip()}'"
-                )
+        form = INTEGER if signal.integers else NUMBER
+        if wrong := [field.strip() for field in fields if not form.fullmatch(field.strip())]:
+            return InputError(f"{path}, line {number}: expected {kind}, found '{wrong[0]}'")
     return InputError(f"{path}: expected a table of {kind}, found one that can't be read")
-
-
-def _is_number(field: str, integer: bool) -> bool:
-    if "_" in field:  # which Python allows in numbers
-        return False
-    try:
-        return bool(np.isfinite(int(field) if integer else float(field)))
-    except (ValueError, TypeError):
-        return False
 
 
 def _parquet(path: Path, signal: Signal) -> Table:
