@@ -174,13 +174,10 @@ def _archive_among(links: list[str], name: str) -> str | None:
     """Return the one link to an archive of a whole data set; one of its name before others."""
     archives = [link for link in links if is_packed(link)]
     archives = [link for link in archives if name in link] or archives
-    endings = {
-        link: next(end for end in ENDINGS if link.lower().endswith(end)) for link in archives
-    }
-    stems = {link[: -len(end)].rpartition("/")[2] for link, end in endings.items()}
-    if len(stems) != 1:
+    names = {link: next(end for end in ENDINGS if link.lower().endswith(end)) for link in archives}
+    if len({link[: -len(end)].rpartition("/")[2] for link, end in names.items()}) != 1:
         return None
-    return min(archives, key=lambda link: ENDINGS.index(endings[link]))
+    return min(names, key=lambda link: ENDINGS.index(names[link]))
 
 
 def _named(url: str) -> RemoteFile:
