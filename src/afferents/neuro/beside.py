@@ -66,7 +66,7 @@ def matched(
         raise InputError(
             "natural: expected units that were recorded in every trial compared, found none"
         )
-    here, there = (_some(part, n_units, seed) for part in parts)
+    here, there = (some_of_each(part, n_units, seed) for part in parts)
     return _as_long(here, there, by_speed=gaps)
 
 
@@ -127,8 +127,8 @@ def _as_long(first: Spikes, second: Spikes, by_speed: bool) -> tuple[Spikes, Spi
     return here_all, there_all
 
 
-def _some(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
-    """Return so many units."""
+def some_of_each(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
+    """Return so many units of each class, drawn with the seed."""
     rng = np.random.default_rng(seed)
     units = [
         spikes.units.index.get_indexer(some_units(spikes.of_class(name), n, rng).units.index)

@@ -10,13 +10,12 @@ import numpy as np
 import pandas as pd
 
 from afferents.files import Place, write_aside, write_json
-from afferents.neuro.beside import beside
+from afferents.neuro.beside import beside, some_of_each
 from afferents.neuro.decoding import (
     WINDOW_S,
     accuracy_by_resolution,
     accuracy_by_units,
     require_conditions,
-    some_units,
     summary,
 )
 from afferents.neuro.exponent import accuracy_by_exponent, exponents
@@ -316,12 +315,9 @@ def _shown(spikes: Spikes, seed: int) -> Spikes:
     at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]
     trials = np.flatnonzero(at)
     trials = trials[np.linspace(0, len(trials) - 1, min(3, len(trials))).astype(int)]
-    rng = np.random.default_rng(seed)
-    parts = [some_units(spikes.of_class(c), RASTER_UNITS, rng).units.index
-             for c in spikes.units["class"].unique()]  # fmt: skip
-    units = spikes.units.index.get_indexer(pd.Index(np.concatenate(parts)))
+    shown = some_of_each(spikes, dict.fromkeys(spikes.units["class"].unique(), RASTER_UNITS), seed)
     length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
-    return spikes.select(trials, units).window(0, length_s)
+    return shown.select(trials=trials).window(0, length_s)
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
