@@ -1,13 +1,13 @@
 """Whether the recordings of a session belong together: its grid, its files, its rates."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from afferents.documents import as_form
-from afferents.errors import InputError, reading, then
+from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
 from afferents.recordings.check import RATE_TOLERANCE, check_recording
 from afferents.recordings.data_set import DataSet
@@ -88,35 +88,22 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
     InputError
         Naming two recordings that contradict each other.
     """
-    if declared.fps_hz is None:
-        do = (
-            "if a container is wrong, write the recording's true fps_hz, else make a session of "
-            "each rate"
-        )
-        _require_one(session, lambda r: r.fps_hz, RATE_TOLERANCE, "frames a second", do)
-    if declared.sample_rate_hz is None:
-        do = "make a session of each rate"
-        _require_one(session, lambda r: r.sample_rate_hz, 0.0, "samples a second", do)
-
-
-def _require_one(
-    session: RecordingSet,
-    rate_of: Callable[[Recording], float | None],
-    tolerance: float,
-    unit: str,
-    do: str,
-) -> None:
-    first: tuple[str, float] | None = None
-    for recording in session.recordings:
-        rate = rate_of(recording)
-        if rate is None:
+    each = "make a session of each rate"
+    true = f"if a container is wrong, write the recording's true fps_hz, else {each}"
+    for what, tolerance, unit, do in (
+        ("fps_hz", RATE_TOLERANCE, "frames a second", true),
+        ("sample_rate_hz", 0.0, "samples a second", each),
+    ):
+        if getattr(declared, what) is not None:
             continue
-        first = first or (recording.name, rate)
-        if abs(rate - first[1]) > tolerance * first[1]:
-            found = f"{first[1]:g} in {first[0]}, {rate:g} in {recording.name}"
-            raise InputError(
-                f"{session.root}: expected recordings of one rate ({unit}), found {found}{then(do)}"
-            )
+        known = [(r.name, rate) for r in session.recordings if (rate := getattr(r, what))]
+        for name, rate in known:
+            first, expected = known[0]
+            if abs(rate - expected) > tolerance * expected:
+                raise InputError(
+                    f"{session.root}: expected recordings of one rate ({unit}), found "
+                    f"{expected:g} in {first}, {rate:g} in {name}; {do}"
+                )
 
 
 # The session folder: recordings that belong together, in the published layout or as it says.
@@ -175,7 +162,8 @@ class Session(RecordingSet):
             Naming the row and column that are not what they should be.
         """
         folder = Path(root).resolve()
-        rows = [_row(row) for row in table.to_dict("records")]
+        there = table.astype(object).where(table.notna(), None)
+        rows = [_row(row) for row in there.to_dict("records")]
         if not rows:
             raise InputError("the table: expected a row for each recording, found none")
         for number, row in enumerate(rows):
@@ -186,21 +174,13 @@ class Session(RecordingSet):
 
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
     """Return a row as a session file would say it."""
-    cells = {str(name): _plain(value) for name, value in row.items()}
-    given = {name: value for name, value in cells.items() if value is not None and value == value}
+    given = {str(name): value for name, value in row.items() if value is not None}
     known = {name: given[name] for name in ListedRecording.model_fields if name in given}
     others = {name: value for name, value in given.items() if name not in known}
     known["conditions"] = {**known.get("conditions", {}), **others}
     if isinstance(known.get("rest_frame"), float):  # an empty cell makes a column one of floats
         known["rest_frame"] = int(known["rest_frame"])
     return known
-
-
-def _plain(value: Any) -> Any:
-    """Return a cell as Python has it."""
-    if isinstance(value, Path):
-        return str(value)
-    return value.tolist() if hasattr(value, "tolist") else value
 
 
 class PublishedSession(DataSet):
