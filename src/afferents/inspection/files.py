@@ -85,7 +85,8 @@ def inspect_video(
     found.facts |= {name: None if value != value else value for name, value in quality.items()}
     found.facts |= {"doubts": {d.kind: d.found for d in issues}}
     found.facts["stalls_s"] = stalls.spans
-    found.pictures = draw_video(watched.last_image, tracks, path.name, out)
+    assert watched.last is not None
+    found.pictures = draw_video(watched.last.image, tracks, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values

@@ -228,13 +228,13 @@ def wrong_rate(
     """
     true = _say(expected_hz, file)
     seen_hz = _by_sound(n_frames, audio)
-    if seen_hz is not None and _near(seen_hz, expected_hz):
+    if _near(seen_hz, expected_hz):
         return (
             f"its {n_frames} frames are as long as its sound at {expected_hz:g} a second, so the "
             f"container's rate is wrong: {true}"
         )
     declare = f"declare fps_hz in {file}"
-    if seen_hz is not None and _near(seen_hz, fps_hz):
+    if _near(seen_hz, fps_hz):
         return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
     return f"{declare}; if the container's rate is wrong, {true}"
 
@@ -252,8 +252,8 @@ def rate_doubted(n_frames: int, fps_hz: float, audio: WavFile, file: str) -> str
         The session file.
     """
     seen_hz = _by_sound(n_frames, audio)
-    usual = [hz for hz in USUAL_HZ if seen_hz is not None and _near(seen_hz, hz)]
-    if not usual or _near(usual[0], fps_hz) or seen_hz is None:
+    usual = [hz for hz in USUAL_HZ if _near(seen_hz, hz)]
+    if not usual or _near(usual[0], fps_hz):
         return ""
     true_hz = min(usual, key=lambda hz: abs(hz - seen_hz))
     return (
@@ -262,9 +262,9 @@ def rate_doubted(n_frames: int, fps_hz: float, audio: WavFile, file: str) -> str
     )
 
 
-def _by_sound(n_frames: int, audio: WavFile | None) -> float | None:
-    """Return the frame rate at which a video is as long as its sound, Hz."""
-    return None if audio is None else n_frames * audio.sample_rate_hz / audio.n_samples
+def _by_sound(n_frames: int, audio: WavFile | None) -> float:
+    """Return the frame rate at which a video is as long as its sound, Hz; NaN without sound."""
+    return n_frames * audio.sample_rate_hz / audio.n_samples if audio else float("nan")
 
 
 def _near(one_hz: float, other_hz: float) -> bool:

@@ -287,24 +287,17 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
 
 
 class VideoWithProgress:
-    """A video that moves a progress bar as it is decoded, and remembers its last image."""
+    """A video that moves a progress bar as it is decoded, and keeps its last frame."""
 
     def __init__(self, video: VideoFile, progress: Progress) -> None:
         self._video, self._progress = video, progress
         self.path, self.fps_hz = video.path, video.fps_hz
         self.width, self.height = video.width, video.height
-        self._last: Frame | None = None
-
-    @property
-    def last_image(self) -> GreyImage:
-        """The last frame that was decoded; black before the first."""
-        if self._last is None:
-            return np.zeros((self.height, self.width), dtype=np.uint8)
-        return self._last.image
+        self.last: Frame | None = None
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start."""
         frames = self._video.frames()
         for frame in self._progress.track(frames, "tracking", self._video.n_frames):
-            self._last = frame
+            self.last = frame
             yield frame
