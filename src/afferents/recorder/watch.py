@@ -5,7 +5,7 @@ no frame waits for it.
 """
 
 import signal
-import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -53,6 +53,8 @@ class Watch:
         The first frame of the series, and the last two in a row, as the camera gave them.
     blocks
         Of sound that nobody has taken yet.
+    wants_redo
+        Whether somebody wants the run that is being made once more.
     """
 
     def __init__(self, show: Callable[[str], object] = str) -> None:
@@ -73,9 +75,8 @@ class Watch:
         self._drive: tuple[float, float] | None = None
         self._say, self._ended = "looking at the devices", False
         self._notes: deque[str] = deque(maxlen=_NOTES)
-        self._waiting, self._go_on = False, threading.Event()
-        self._redo, self._stop = threading.Event(), threading.Event()
-        self._again, self._accepted = threading.Event(), 0
+        self._waiting, self._answer = False, ""
+        self.wants_redo, self._stop, self._accepted = False, False, 0
         self._devices: Devices | None = None
 
     # What the recorder tells.
@@ -99,7 +100,7 @@ class Watch:
         """Begin a series of pictures."""
         self.first, self.newest = None, ()
         self.blocks.clear()
-        self._redo.clear()
+        self.wants_redo = False
         self.series += 1
 
     def frame(self, frame: Frame) -> None:
@@ -142,15 +143,15 @@ class Watch:
             If somebody wants the last run once more first.
         """
         self._show(sentence)
-        before, self._say, self._waiting = self._say, sentence, True
-        self._go_on.clear()
-        self._again.clear()
+        before, self._say, self._answer = self._say, sentence, ""
+        self._waiting = True
         try:
             with self._look():
-                while not self._go_on.wait(_LOOK_S):
+                while not self._answer:
+                    time.sleep(_LOOK_S)
                     self.heed()
-                    if self._again.is_set():
-                        raise OnceMoreError
+                if self._answer == REDO:
+                    raise OnceMoreError
         finally:
             self._waiting, self._say = False, before
 
@@ -171,26 +172,21 @@ class Watch:
         Stopped
             As Ctrl-C does.
         """
-        if self._stop.is_set():
+        if self._stop:
             raise Stopped(signal.SIGINT)
-
-    @property
-    def wants_redo(self) -> bool:
-        """Whether somebody wants the run that is being made once more."""
-        return self._redo.is_set()
 
     # What they who look on ask, and see.
 
     def request(self, what: str) -> bool:
         """Do what somebody asks; tell whether it can be done now."""
         if what == NEXT and self._waiting:
-            self._go_on.set()
+            self._answer = NEXT
         elif what == REDO and self._elapsed_s is not None:
-            self._redo.set()
+            self.wants_redo = True
         elif what == REDO and self._can_again:
-            self._again.set()
+            self._answer = REDO
         elif what == STOP and not self._ended:
-            self._stop.set()
+            self._stop = True
         else:
             return False
         return True
