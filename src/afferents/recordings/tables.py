@@ -91,13 +91,10 @@ class Files(StrictForm):
 
 def _expression(pattern: str) -> str:
     """Return a pattern with placeholders as a regular expression."""
-    names = _PLACEHOLDER.findall(pattern)
     if "}{" in pattern:
         raise ValueError("two placeholders with nothing between them match in more ways than one")
-    parts = _PLACEHOLDER.split(pattern)
-    texts = [re.escape(part) for part in parts[::2]]
-    groups = [_group(name) for name in names]
-    return "".join(text + group for text, group in zip(texts, [*groups, ""], strict=True))
+    parts = enumerate(_PLACEHOLDER.split(pattern))
+    return "".join(_group(part) if n % 2 else re.escape(part) for n, part in parts)
 
 
 def _group(name: str) -> str:
