@@ -7,7 +7,7 @@ import pytest
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.record import Recorder
 from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.rig import Rig
 
@@ -40,8 +40,7 @@ def recorded(tmp_path_factory):
         plan, session = read_plan(path), folder / microphone
         devices = simulate_devices(plan, path, bench)
         with Progress(quiet=True) as progress:
-            operator = Operator(plan, devices, bench=bench)
-            recorder = Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
+            recorder = Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
             outcome = recorder.record(session, progress)
         return outcome, json.loads((session / "session.json").read_text())
 

@@ -161,50 +161,6 @@ class Recorded:
     remaining: list[str] = field(default_factory=list)
 
 
-class Operator:
-    """Who changes drums, and turns them where no motor does.
-
-    Parameters
-    ----------
-    plan, devices
-        What is recorded, and with what.
-    ask
-        Asks a person; None where there is none.
-    bench
-        Simulated fingertip on which drums are mounted; None for a real one.
-    """
-
-    def __init__(
-        self, plan: Plan, devices: Devices, ask: Ask | None = None, bench: Bench | None = None
-    ) -> None:
-        """Nothing is mounted yet."""
-        self._plan, self._devices, self._ask, self._bench = plan, devices, ask, bench
-        self._texture = ""
-
-    def prepare(self, entry: Entry, attempt: int) -> None:
-        """Put the drum of a run in its place; attempt 0 is the preflight. Devices are open."""
-        if self._bench is not None:
-            self._bench.mount(entry, 0)
-        if self._ask is not None:
-            self._tell(self._ask, entry, attempt)
-        if self._bench is not None:  # the film begins anew
-            self._bench.mount(entry, attempt)
-
-    def _tell(self, ask: Ask, entry: Entry, attempt: int) -> None:
-        """Ask a person, if there is something to do."""
-        plan = self._plan
-        if entry.texture != self._texture:
-            ask(f"change the drum to {entry.texture}, then press enter")
-            self._texture = entry.texture
-        takes_any_speed = math.isinf(self._devices.drive.limits.highest_mm_s)  # it is no motor
-        if attempt and takes_any_speed:
-            tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
-            ask(
-                f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
-                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
-            )
-
-
 def make_recorder(
     path: Path, dry_run: bool, ask: Ask, speed: float = 4.0, watch: Watch | None = None
 ) -> "Recorder":
@@ -228,14 +184,12 @@ def make_recorder(
     plan = read_plan(path)
     sensor, seen = load_sensor(plan.sensor), watch or Watch()
     if not dry_run:
-        devices = make_devices(plan, path)
-        return Recorder(plan, path, sensor, devices, Operator(plan, devices, ask), watch=seen)
+        return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
     rig = rig_of(sensor)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
     bench = Bench(rig, plan, speed)
     devices = simulate_devices(plan, path, bench)
-    operator = Operator(plan, devices, None if watch is None else ask, bench)
-    return Recorder(plan, path, sensor, devices, operator, simulated=True, watch=seen)
+    return Recorder(plan, path, sensor, devices, None if watch is None else ask, bench, seen)
 
 
 @dataclass
@@ -246,10 +200,12 @@ class Recorder:
     ----------
     plan, path
         What is recorded, and the file that says so.
-    devices, operator
-        With what, and who changes drums.
-    simulated
-        Whether it is a dry run.
+    devices
+        With what.
+    ask
+        Asks a person, who changes drums, and turns them where no motor does; None for nobody.
+    bench
+        In a dry run, the simulated fingertip on which drums are mounted; None for a real one.
     watch
         Where who looks on finds the newest.
     """
@@ -258,14 +214,15 @@ class Recorder:
     path: Path
     sensor: Sensor
     devices: Devices
-    operator: Operator
-    simulated: bool = False
+    ask: Ask | None = None
+    bench: Bench | None = None
     watch: Watch = field(default_factory=Watch)
+    _texture: str = ""
 
     def check(self, session: Path) -> list[Check]:
         """Make the preflight alone."""
         with open_devices(self.devices, self.plan, self.path):
-            self.operator.prepare(self.plan.entries()[0], 0)
+            self.mount(self.plan.entries()[0], 0)
             return preflight(self.devices, self.plan, self.sensor, session)
 
     def record(self, session: Path, progress: Progress, again: Collection[str] = ()) -> Recorded:
@@ -284,7 +241,7 @@ class Recorder:
             says no; if the disk is full. Runs that are finished stay.
         """
         self._progress, self._outcome = progress, Recorded(session)
-        self._kept = kept = RecordedSession(session, self.plan, self.simulated)
+        self._kept = kept = RecordedSession(session, self.plan, self.bench is not None)
         entries = self.plan.entries()
         there = [entry.name for entry in entries]
         if unknown := [name for name in again if name not in there]:
@@ -326,8 +283,26 @@ class Recorder:
 
     def _prepare(self, entry: Entry, attempt: int) -> None:
         self.watch.prepare(entry, attempt)
-        self.operator.prepare(entry, attempt)
+        self.mount(entry, attempt)
         self.watch.prepare(entry, attempt)
+
+    def mount(self, entry: Entry, attempt: int) -> None:
+        """Put the drum of a run in its place; attempt 0 is the preflight. Devices are open."""
+        plan, ask = self.plan, self.ask
+        if self.bench is not None:
+            self.bench.mount(entry, 0)
+        if ask is not None and entry.texture != self._texture:
+            ask(f"change the drum to {entry.texture}, then press enter")
+            self._texture = entry.texture
+        takes_any_speed = math.isinf(self.devices.drive.limits.highest_mm_s)  # it is no motor
+        if ask is not None and attempt and takes_any_speed:
+            tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
+            ask(
+                f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
+            )
+        if self.bench is not None:  # the film begins anew
+            self.bench.mount(entry, attempt)
 
     def _record_all(self, todo: Sequence[Entry]) -> None:
         """Record runs; where somebody wants the last accepted one once more, that one first."""

@@ -19,7 +19,7 @@ from afferents.inspection.inspect import inspect
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.record import Recorder
 from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
@@ -70,8 +70,7 @@ def begin(bench, tmp_path_factory):
         path.write_text(PLAN.format(redo=redo, camera=camera, microphone=microphone, drive=drive))
         plan = read_plan(path)
         devices = simulate_devices(plan, path, bench)
-        operator = Operator(plan, devices, bench=bench)
-        return Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
+        return Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
 
     return begin
 
@@ -281,9 +280,10 @@ def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
     recorder = begin()
     plan, asked = recorder.plan, []
     with ByHand() as drive:
-        operator = Operator(plan, replace(recorder.devices, drive=drive), asked.append)
+        devices = replace(recorder.devices, drive=drive)
+        asking = replace(recorder, devices=devices, ask=asked.append, bench=None)
         for attempt in range(3):
-            operator.prepare(plan.entries()[0], attempt)
+            asking.mount(plan.entries()[0], attempt)
     assert asked[0] == "change the drum to 4, then press enter"
     assert len(asked) == 3
     assert "turn it at 60 mm/s until 2 s are over" in asked[1]
