@@ -1,6 +1,5 @@
 """The session that is recorded: runs under temporary names until whole, and `session.json`."""
 
-import json
 import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -70,7 +69,10 @@ class RecordedSession:
 
     def _require_same(self) -> None:
         before: dict[str, Any] = {k: self._content.get(k) for k in (_PLAN, "simulated")}
-        now: dict[str, Any] = {_PLAN: _as_json(self.plan), "simulated": self._simulated}
+        now: dict[str, Any] = {
+            _PLAN: self.plan.model_dump(mode="json"),
+            "simulated": self._simulated,
+        }
         for one in (before, now):  # more runs, or other tolerances, do not make it another session
             if isinstance(one[_PLAN], dict):
                 one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
@@ -105,7 +107,7 @@ class RecordedSession:
             "direction": self.plan.direction,
             "sensor": self._keep_sensor(),
             "conditions": dict(self.plan.conditions),
-            _PLAN: _as_json(self.plan),
+            _PLAN: self.plan.model_dump(mode="json"),
             "camera": asdict(camera),
             "microphone": asdict(sound) if sound else None,
             "drive": asdict(devices.drive.limits),
@@ -192,7 +194,3 @@ class RecordedSession:
 
 
 _MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")
-
-
-def _as_json(plan: Plan) -> Mapping[str, Any]:
-    return json.loads(plan.model_dump_json())  # type: ignore[no-any-return]
