@@ -202,7 +202,8 @@ def _inspect(
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
-    if not isinstance(source, DataSet) and path.is_file() and not Described.is_at(path):
+    is_clip = path.is_file() and not Described.is_at(path)
+    if is_clip and not isinstance(source, DataSet):
         if is_wav and fps_hz is not None:
             raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
         if is_wav:

@@ -33,7 +33,7 @@ from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
 from afferents.models.classifiers import build, classifier_of
 from afferents.models.layers import count_parameters
-from afferents.models.model import TABLE1
+from afferents.models.model import TABLE1, Model
 from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
 from afferents.reporting.choice import panels_of
@@ -260,8 +260,10 @@ def _networks(
     Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
     """
     found: dict[int, list[DrawnNetwork]] = {}
-    for classifier in dict.fromkeys(model.classifier for model in TABLE1.values()):
-        models = [model for model in TABLE1.values() if model.classifier == classifier]
+    sharing: dict[str, list[Model]] = {}
+    for model in TABLE1.values():
+        sharing.setdefault(model.classifier, []).append(model)
+    for classifier, models in sharing.items():
         encoding = ENCODINGS[str(models[0].encoding)]
         shape = shapes.get(encoding.name)
         if shape is None:
