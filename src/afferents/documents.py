@@ -25,10 +25,6 @@ _SHOWN = 60
 Form = TypeVar("Form", bound=BaseModel)
 
 
-class StrictForm(BaseModel, frozen=True, extra="forbid"):
-    """Base of what people write: an unknown key is a slip of the pen."""
-
-
 def read_json(path: Path, what: str, do: str = "") -> dict[str, Any]:
     """Read a JSON object.
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from afferents.documents import StrictForm
 from afferents.errors import AfferentsError, InputError
+from afferents.forms import StrictForm
 
 
 class DeviceError(AfferentsError):

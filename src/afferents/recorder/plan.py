@@ -11,9 +11,10 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from afferents.documents import StrictForm, as_form, read_toml
+from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
 from afferents.files import write_aside
+from afferents.forms import StrictForm
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct

@@ -17,8 +17,9 @@ from pydantic import (
     model_validator,
 )
 
-from afferents.documents import StrictForm, as_form, read_json, read_toml
+from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
+from afferents.forms import StrictForm
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat, model_validator
 
-from afferents.documents import StrictForm, as_form, read_toml
+from afferents.documents import as_form, read_toml
 from afferents.errors import InputError, reading
+from afferents.forms import StrictForm
 from afferents.plugins import import_extra
 
 _PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")

@@ -13,8 +13,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from afferents.devices.base import DeviceError
-from afferents.documents import StrictForm, as_form, read_toml
+from afferents.documents import as_form, read_toml
 from afferents.errors import InputError, reason_of
+from afferents.forms import StrictForm
 from afferents.plugins import import_extra
 
 ANSWER_S = 0.2

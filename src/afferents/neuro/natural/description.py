@@ -7,8 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, PositiveFloat, model_validator
 
-from afferents.documents import StrictForm, as_form, read_toml
+from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
+from afferents.forms import StrictForm
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 MM_S = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0}
