@@ -16,7 +16,7 @@ import numpy as np
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.record import Recorder
 from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.rig import Rig
 from afferents.rig.microphone import Microphone
@@ -72,8 +72,7 @@ def offsets(text: str) -> list[dict[str, float]]:
         plan = read_plan(path)
         bench = Bench(Rig(microphone=Microphone(gain_per_mn_s=GAIN)), plan, speed=1)
         devices = simulate_devices(plan, path, bench)
-        operator = Operator(plan, devices, bench=bench)
-        recorder = Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
+        recorder = Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
         outcome = recorder.record(Path(place, "S"), progress)
         for run, why in outcome.kept_aside.items():
             print(f"{run}: {why}")

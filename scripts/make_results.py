@@ -31,6 +31,7 @@ from scipy.stats import t as student
 
 from afferents.evaluation.metrics import accuracy_by_group, name_touches
 from afferents.evaluation.results import Results, load_results
+from afferents.folds.protocol import ProtocolName
 from afferents.reporting.published import published_confusion, published_families
 from afferents.reporting.style import BLUE, GREY, VERMILION
 
@@ -160,7 +161,7 @@ def outcomes_of(results: Path) -> dict[str, Any]:
     }
 
 
-def _accuracies(results: Results, model: str, protocol: str) -> dict[str, Any]:
+def _accuracies(results: Results, model: str, protocol: ProtocolName) -> dict[str, Any]:
     one = results.found.models[model][protocol]
     rows = enumerate(zip(results.textures, one.confusion, strict=True))
     table = results.predictions

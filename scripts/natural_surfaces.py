@@ -19,6 +19,7 @@ a coefficient of variation of 10 to 20% of a short piece's mass, half of that of
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -107,9 +108,9 @@ def _drift(rng: np.random.Generator) -> Heights:
 def surfaces(seed: int) -> dict[str, Heights]:
     """Return all surfaces by name."""
     made: list[tuple[str, Callable[[np.random.Generator], Heights]]] = [
-        *((name, lambda rng, of=of: weave(*of, rng)) for name, of in WEAVES.items()),
-        *((name, lambda rng, of=of: cords(of, rng)) for name, of in CORDS.items()),
-        *((name, lambda rng, of=of: paper(of, rng)) for name, of in PAPERS.items()),
+        *((name, partial(weave, *of)) for name, of in WEAVES.items()),
+        *((name, partial(cords, of)) for name, of in CORDS.items()),
+        *((name, partial(paper, of)) for name, of in PAPERS.items()),
     ]
     return {name: make(np.random.default_rng([seed, n])) for n, (name, make) in enumerate(made)}
 
