@@ -272,23 +272,6 @@ def _lengths(number: int) -> None:
     write(number, "Accuracy by seconds of touch", {**of_all, **runs}, rows)
 
 
-def _two(number: int, title: str, one: tuple[str, str], other: tuple[str, str]) -> None:
-    """Set two parts side by side: name and label of each."""
-    both = found(one[0], other[0])
-    if len(both) < 2:
-        return
-    models = [m for m in both[one[0]]["models"] if m in both[other[0]]["models"]]
-    rows = [["model", one[1], other[1]]]
-    rows += [[f"`{m}`", *(with_interval(part, m) for part in both.values())] for m in models]
-    groups = {
-        label: [percent(both[name], model) for model in models] for name, label in (one, other)
-    }
-    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-    bars(ax, models, groups)
-    save(number, figure)
-    write(number, title, both, rows)
-
-
 def _depth(number: int) -> None:
     parts = found("ours-S11", "nested-S11", "depth", "depth-and-speed")
     if "depth" not in parts:
@@ -369,9 +352,21 @@ def _on_bumps(part: Mapping[str, Any], model: str) -> float:
 
 
 def _slow(number: int) -> None:
-    slowest = ("from-10", "10 mm/s held out, learnt from 20 mm/s up")
-    slower = ("from-5", "10 mm/s held out, 5 mm/s learnt too")
-    _two(number, "Slow slides", slowest, slower)
+    both = found("from-10", "from-5")
+    if len(both) < 2:
+        return
+    labels = ("10 mm/s held out, learnt from 20 mm/s up", "10 mm/s held out, 5 mm/s learnt too")
+    models = list(both["from-10"]["models"])
+    rows = [["model", *labels]]
+    rows += [[f"`{m}`", *(with_interval(part, m) for part in both.values())] for m in models]
+    groups = {
+        label: [percent(part, model) for model in models]
+        for label, part in zip(labels, both.values(), strict=True)
+    }
+    figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+    bars(ax, models, groups)
+    save(number, figure)
+    write(number, "Slow slides", both, rows)
 
 
 if __name__ == "__main__":

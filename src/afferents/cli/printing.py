@@ -31,6 +31,7 @@ def lay_out(table: "DataFrame", width: int) -> Iterator[RenderableType]:
     that is not enough, columns are printed in several blocks, each with the headers of the rows. No
     word is broken.
     """
+    from afferents.reporting.labels import ABSENT
     from afferents.reporting.tables import texts_of
 
     if table.attrs["title"]:
@@ -38,8 +39,8 @@ def lay_out(table: "DataFrame", width: int) -> Iterator[RenderableType]:
     columns = list(range(len(table.columns)))
     whole = _drawn(table, columns, width, broken=False)
     if whole is None:
-        n_headers = table.index.nlevels
-        in_use = [n for n in columns if any(row[n_headers + n] != "—" for row in texts_of(table))]
+        n_headers, rows = table.index.nlevels, list(texts_of(table))
+        in_use = [n for n in columns if any(row[n_headers + n] != ABSENT for row in rows)]
         columns = in_use or columns
         whole = _drawn(table, columns, width, broken=False)
     if whole is not None:

@@ -169,16 +169,15 @@ def table1(summary: Summary) -> pd.DataFrame:
 
 
 def short_table1(summary: Summary) -> pd.DataFrame:
-    """Return Table 1 for a terminal of 80 columns: short heads, and no column that is empty."""
+    """Return Table 1 for a terminal of 80 columns: short heads, no worst beside two protocols."""
     whole = table1(summary)
-    kept = [name for name in whole if not (whole[name] == ABSENT).all()]
-    both = all(f"Here, {title}" in kept for title in PROTOCOL_TITLES.values())
+    both = all(f"Here, {title}" in whole for title in PROTOCOL_TITLES.values())
     heads: dict[str, str] = {
         PAPER_COLUMN: "Paper",
         **{f"Here, {title}": f"Here, {name}" for name, title in PROTOCOL_TITLES.items()},
         f"Worst {summary.split.name} here": "Worst",
     }
-    table = whole[[name for name in kept if not (both and heads.get(str(name)) == "Worst")]]
+    table = whole[[name for name in whole if not (both and heads.get(str(name)) == "Worst")]]
     table = table.rename(columns=heads)
     table.attrs = whole.attrs
     return table
