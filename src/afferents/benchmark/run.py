@@ -4,6 +4,7 @@ import hashlib
 import platform
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -17,10 +18,11 @@ from afferents.benchmark.tasks import Asked, Task, find_task
 from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.doctor import processor
 from afferents.errors import LeakageError
-from afferents.evaluation.evaluate import evaluate
+from afferents.evaluation.evaluate import open_evaluation
 from afferents.evaluation.fold_files import FoldFacts, finished_keys, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, name_touches
-from afferents.evaluation.results import Results
+from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.folds.controls import CONTROLS
@@ -85,6 +87,8 @@ def run(
         the labels of the test.
     """
     import_extra("train", "benchmark", "torch", "sklearn")
+    from afferents.evaluation.run import evaluate
+
     words = task if isinstance(task, str) else task.name
     task = find_task(task) if isinstance(task, str) else task
     asked = _with_baselines(models)
@@ -92,17 +96,18 @@ def run(
     source = task.source(None if data is None else Path(data))
     with Progress(quiet) as progress:
         _make(task, Path(source), progress)
-    question = task.asked_of(*task.opened(source))
-    folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
-    results = {}
-    for control in ("none", *CONTROLS):
-        with Progress(quiet) as progress:
+        given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}
+        options = EvaluationOptions(models=asked, **{**task.options, **given})
+        plain = open_evaluation(source, Path(out), options, progress)
+        question = task.asked_of(plain.recordings, plain.recipe.data[0])
+        folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
+        results = {}
+        for control in ("none", *CONTROLS):
             progress.note(f"Control: {CONTROLS[control]}." if control in CONTROLS else task.title)
-        results[control] = evaluate(
-            source, folder / control, asked, quiet,
-            **{**task.options, "control": control}, preset=preset, seeds=seeds, workers=workers,
-            device=device,
-        )  # fmt: skip
+            chosen = options.model_copy(update={"control": control})
+            recipe = replace(plain.recipe, out=folder / control, options=chosen)
+            evaluate(replace(plain, recipe=recipe), progress, quick_controls=False)
+            results[control] = load_results(folder / control)
     found = [
         _entry(task, question, model, own.get(model.name, ""), words, results)
         for model in models_in(asked)

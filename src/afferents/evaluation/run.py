@@ -36,8 +36,15 @@ from afferents.store.responses import Responses, named_by_spacing, read_whole, t
 from afferents.store.trimming import require_within
 
 
-def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
+def evaluate(
+    evaluation: Evaluation, progress: Progress, quick_controls: bool = True
+) -> Summary:
     """Run what is not finished yet and return the summary of the results folder.
+
+    Parameters
+    ----------
+    quick_controls
+        Whether `ask_controls` is asked as well, for the report.
 
     Raises
     ------
@@ -79,7 +86,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         write_json(recipe.out / CONFIG, recipe.config)
-        if options.control == "none":
+        if quick_controls and options.control == "none":
             known = known or ask_controls(recipe, recordings, progress)
         if known:
             about["controls"] = known
