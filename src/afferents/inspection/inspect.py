@@ -25,6 +25,7 @@ from afferents.extraction.extract import doubts_of, doubts_without_tracking, res
 from afferents.files import Place
 from afferents.inspection.files import (
     MARKERS,
+    PICTURED_S,
     RESPONSES,
     VIBRATION,
     Inspection,
@@ -48,11 +49,15 @@ from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
 from afferents.reporting.overlay import is_overlay
-from afferents.reporting.recording_figures import steadiness_figure, steadiness_sentence
+from afferents.reporting.recording_figures import (
+    responses_figure,
+    steadiness_figure,
+    steadiness_sentence,
+)
 from afferents.reporting.style import save_figure
 from afferents.reporting.summary_text import what_was_lost
 from afferents.store.recording import Recording, RecordingSet, natural_order
-from afferents.store.responses import Responses, named_by_spacing, speed_of
+from afferents.store.responses import Responses, named_by_spacing, speed_of, steady_s
 from afferents.store.trimming import AUDIO_S, LAST_FRAME
 
 APART = 20
@@ -423,4 +428,24 @@ def inspect_responses(
         found.sentences.append(steadiness_sentence(rows, APART))
         figure = steadiness_figure(rows, APART, f"{source}, middle of each recording")
         found.pictures = [save_figure(figure, out / STEADINESS)]
+    if recordings:
+        found.pictures += draw_responses(recordings[len(recordings) // 2], source, out)
     return found
+
+
+def draw_responses(responses: Responses, source: str, out: Path) -> list[Path]:
+    """Draw the first seconds of the steady part of one recording."""
+    name = f"{source}, {responses.attrs['name']}"
+    start_s, stop_s = steady_s(responses) or (0.0, np.inf)
+    stop_s = min(stop_s, start_s + PICTURED_S)
+    pictures = []
+    if dims.SA1 in responses and dims.RA1 in responses:
+        times = responses[dims.TIME].values
+        part = responses.isel({dims.TIME: (times >= start_s) & (times < stop_s)})
+        figure = responses_figure(part[dims.SA1], part[dims.RA1], name)
+        pictures.append(save_figure(figure, out / RESPONSES))
+    if dims.RA2 in responses:
+        rate = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
+        sound = responses[dims.RA2].isel({dims.AUDIO_TIME: slice(round(start_s * rate), None)})
+        pictures.append(draw_vibration(sound, name, out))
+    return pictures

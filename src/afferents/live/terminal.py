@@ -143,7 +143,7 @@ _AMBER = (255, 176, 0)
 _EDGE_PX = 32
 """The camera's picture is cut off round the markers, at multiples of this, px."""
 _LEAST_PX = 0.5
-"""Maps are drawn from 0 to their largest value, but to this at least."""
+"""Tactile images are drawn from 0 to their 99th percentile, but to this at least."""
 
 
 def _views(video: VideoStream, console: Console) -> RenderableType:
@@ -188,8 +188,11 @@ def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
 
 
 def _map(image: NDArray[np.floating[Any]], most_lines: int) -> tuple[Pixels, float]:
-    """Return a tactile image in colours, (row, column, 3), and the value of the brightest."""
-    most = max(float(image.max()), _LEAST_PX)
+    """Return a tactile image in colours, (row, column, 3), and the value of the brightest colour.
+
+    One marker that is found in the wrong place does not dim all others: a percent may be brighter.
+    """
+    most = max(float(np.percentile(image, 99)), _LEAST_PX)
     step = -(-image.shape[0] // most_lines)  # rows left out where there are too many for a screen
     return in_colours(image[::step, ::step], most), most
 

@@ -302,12 +302,13 @@ class Card(BaseModel):
         kind = "simulated recordings" if self.simulated else "recordings"
         own = set_otherwise(self.recipe)
         recipe = f" (preset {self.preset}{own})" if self.preset else ""
-        chosen = "weights and temperature" if self.preset else "the temperature"
+        calibrated = "calibrated its probabilities"
+        chose = f"chose its weights and {calibrated}" if self.preset else calibrated
         return [
             f"{self.title}: {len(self.textures)} textures. Of "
             f"{sum(data.n_recordings for data in self.data)} {kind} it learnt from those "
             f"{split.at(self.groups)}{recipe}.",
-            f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
+            f"{validated[0].upper()}{validated[1:]}, which {chose} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are recognised.",
             *self._at_chance(),
             *self._speeds(),

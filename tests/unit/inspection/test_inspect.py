@@ -67,3 +67,11 @@ def test_how_many_markers_were_lost_is_said_of_sessions_and_of_stores(
         (said,) = [line for line in found.sentences if line.startswith("Of the marker positions")]
         assert "at most 0.4%, in recording 2/40" in said
     assert "No marker was lost." in look(session).sentences
+
+
+def test_a_store_is_drawn_its_images_and_the_responses_to_a_recording(look, stores):
+    drawn = {kind: {path.name for path in look(store).pictures} for kind, store in stores.items()}
+    assert drawn == {
+        "video": {"steadiness.png", "responses.png"},
+        "audio": {"vibration.png"},
+    }
