@@ -36,9 +36,7 @@ from afferents.store.responses import Responses, named_by_spacing, read_whole, t
 from afferents.store.trimming import require_within
 
 
-def evaluate(
-    evaluation: Evaluation, progress: Progress, quick_controls: bool = True
-) -> Summary:
+def evaluate(evaluation: Evaluation, progress: Progress, quick_controls: bool = True) -> Summary:
     """Run what is not finished yet and return the summary of the results folder.
 
     Parameters

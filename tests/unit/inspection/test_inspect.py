@@ -72,6 +72,6 @@ def test_how_many_markers_were_lost_is_said_of_sessions_and_of_stores(
 def test_a_store_is_drawn_its_images_and_the_responses_to_a_recording(look, stores):
     drawn = {kind: {path.name for path in look(store).pictures} for kind, store in stores.items()}
     assert drawn == {
-        "video": {"steadiness.png", "responses.png"},
+        "video": {"steadiness.png", "responses.png", "vibration.png"},
         "audio": {"vibration.png"},
     }
