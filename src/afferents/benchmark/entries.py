@@ -1,7 +1,7 @@
 """What came out for a model on a task: one line of JSON, and tables of many."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -175,30 +175,31 @@ def table(entries: Iterable[Entry]) -> pd.DataFrame:
 
 
 def tables_by_task(entries: Iterable[Entry]) -> Iterator[pd.DataFrame]:
-    """Yield two tables for each task, as reports and pages print them: accuracy, and the rest."""
+    """Yield tables as pages print them: all tasks at a glance, then two for each task.
+
+    Those of a task are its accuracy, and controls and cost. One task needs no glance.
+    """
     by_task: dict[str, list[Entry]] = {}
     for entry in sorted(entries, key=lambda entry: -entry.whole):
         by_task.setdefault(entry.task, []).append(entry)
+    if len(by_task) > 1:
+        yield _glance(by_task)
     for name, its in sorted(by_task.items()):
         one = its[0]
-        few = " So few say little." if one.n_replicates < _FEW else ""
-        note = (
-            " The task is not sealed, or these are other recordings than it is sealed with: "
-            "entries are comparable with one another alone."
-        ) * ("@" in name)
+        few = ", so few that they say little" if one.n_replicates < _FEW else ""
+        note = " Other recordings than the task is sealed with, if it is." * ("@" in name)
         yield _printed(
             f"{name}: {one.task_title}",
-            f"Percent recognised of whole recordings, of samples in the mean, and by length of "
-            f"touch; chance is {100 * one.chance:.1f}. {one.data.recordings} recordings"
-            f"{' (simulated)' if one.data.simulated else ''}. Intervals are drawn over "
-            f"{one.n_replicates} {one.replicate}s.{few}{note}",
+            f"{one.data.recordings} recordings{' (simulated)' if one.data.simulated else ''}; "
+            f"percent recognised, chance {100 * one.chance:.1f}; intervals over "
+            f"{one.n_replicates} {one.replicate}s{few}.{note}",
             _ACCURACY,
             [(entry.model, *_accuracy(entry)) for entry in its],
         )
         yield _printed(
             f"{name}: controls and cost",
-            f"Percent recognised under controls ({'; '.join(CONTROLS.values())}), calibration "
-            "error in percent, samples learnt from, and time.",
+            "Percent recognised with labels permuted, time shuffled, offsets or amplitudes alone; "
+            "calibration error in percent.",
             _BESIDE,
             [(entry.model, *_beside(entry)) for entry in its],
         )
@@ -208,14 +209,29 @@ _FEW = 10
 """Replicates below which an interval is wide, whatever it says."""
 
 
+def _glance(by_task: Mapping[str, Sequence[Entry]]) -> pd.DataFrame:
+    """Return percent of whole recordings by model and task, the best anywhere first."""
+    found: dict[str, dict[str, float]] = {}
+    for name, its in by_task.items():
+        for entry in its:
+            found.setdefault(entry.model, {})[name] = 100 * entry.whole
+    order = sorted(found, key=lambda model: -max(found[model].values()))
+    tasks = sorted(by_task)
+    rows = [(m, *(f"{found[m][t]:.0f}" if t in found[m] else None for t in tasks)) for m in order]
+    caption = "Percent of whole recordings recognised."
+    return make_table("All tasks", caption, ("model", *tasks), rows)
+
+
 def _printed(
-    title: str, caption: str, columns: Iterable[str], rows: Iterable[tuple[Any, ...]]
+    title: str, caption: str, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]
 ) -> pd.DataFrame:
+    """Return a table without the columns that no entry has anything in."""
+    kept = [n for n in range(1, len(columns) + 1) if any(cells[n] is not None for cells in rows)]
     shown = [
-        tuple(f"{cell:g}" if isinstance(cell, int | float) else cell for cell in cells)
+        (cells[0], *(f"{c:g}" if isinstance(c := cells[n], int | float) else c for n in kept))
         for cells in rows
     ]
-    return make_table(title, caption, ("model", *columns), shown)
+    return make_table(title, caption, ("model", *(columns[n - 1] for n in kept)), shown)
 
 
 def _accuracy(entry: Entry) -> tuple[Any, ...]:

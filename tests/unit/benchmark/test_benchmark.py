@@ -12,10 +12,12 @@ from sklearn.linear_model import LogisticRegression
 
 from afferents import Model
 from afferents.benchmark import Entry, all_tasks, find_task, read_entries, run, table
+from afferents.benchmark.entries import tables_by_task
 from afferents.benchmark.tasks import seal
 from afferents.channels import Channel
 from afferents.errors import InputError, LeakageError
 from afferents.folds.controls import CONTROLS
+from afferents.reporting.tables import ABSENT
 
 ROOT = Path(__file__).resolve().parents[3]
 TASK = """title = "Simulated taxels at a speed never learnt from"
@@ -87,6 +89,19 @@ def test_entries_are_read_again_and_stand_in_a_table_best_first(entries, does):
     assert "Simulated taxels at a speed never learnt from" in (out / "tables/table.md").read_text()
     assert "<td>no</td>" in (out / "tables/table.html").read_text()
     assert len((out / "tables/table.csv").read_text().splitlines()) == 4
+
+
+def test_several_tasks_stand_at_a_glance_the_best_model_first(entries):
+    _, found = entries
+    chance = found["chance"]
+    other = chance.model_copy(update={"task": "zoo/speed", "whole": 0.9})
+    glance, *of_tasks = tables_by_task([*found.values(), other])
+    assert list(glance.columns) == [chance.task, "zoo/speed"]
+    assert list(glance.loc["chance"].iloc[0]) == [f"{100 * chance.whole:.0f}", "90"]
+    best = [max(float(cell) for cell in row if cell != ABSENT) for row in glance.to_numpy()]
+    assert best == sorted(best, reverse=True)
+    assert len(of_tasks) == 4
+    assert len(list(tables_by_task(found.values()))) == 2
 
 
 def test_a_line_that_is_no_entry_is_named(entries, tmp_path):
