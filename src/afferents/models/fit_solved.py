@@ -28,9 +28,11 @@ from afferents.models.solved import (
     Gram,
     JointFusion,
     LateFusion,
+    Rows,
     equal_weights,
     log_probabilities,
     sum_of,
+    sums,
 )
 
 SHRINKAGE = 0.1
@@ -69,11 +71,11 @@ def named_when_left_out(
     """
     x, n_classes = torch.from_numpy(values), int(labels.max()) + 1
     at = [np.flatnonzero(groups == group) for group in np.unique(groups)]
-    sums = [_sums(x[index], torch.from_numpy(labels[index]), n_classes) for index in at]
+    of_group = [_sums(x[index], torch.from_numpy(labels[index]), n_classes, len(x)) for index in at]
     found = [np.empty(len(values), np.int64) for _ in columns]
     without = np.eye(len(at), dtype=np.bool_) if sharing is None else sharing
     for number, index in enumerate(at):
-        learnt = sum_of([its for its, no in zip(sums, without[number], strict=True) if not no])
+        learnt = sum_of([its for its, no in zip(of_group, without[number], strict=True) if not no])
         for named, own in zip(found, columns, strict=True):
             features = torch.from_numpy(own)
             weight, constant = learnt.of(features).solve_as_discriminant(SHRINKAGE)
@@ -81,12 +83,10 @@ def named_when_left_out(
     return found
 
 
-def _sums(x: torch.Tensor, labels: torch.Tensor, n_classes: int) -> Gram:
+def _sums(x: torch.Tensor, labels: torch.Tensor, n_classes: int, n_samples: int) -> Gram | Rows:
     """Return the sums of one group's samples, in which every texture counts the same."""
-    gram = Gram(x.shape[1], n_classes)
     weight = equal_weights(labels, torch.zeros(len(labels)))
-    gram.add(x, nn.functional.one_hot(labels, n_classes), weight)
-    return gram
+    return sums(x, nn.functional.one_hot(labels, n_classes), weight, n_samples)
 
 
 # Classifiers that are solved at once: what they learn on a fold, and what they say of its test.

@@ -8,7 +8,7 @@ softmax of the scores over a temperature, which a speed not learnt from sets.
 import operator
 from collections.abc import Sequence
 from functools import reduce
-from typing import ClassVar, Self, cast
+from typing import ClassVar, Self, TypeVar, cast
 
 import numpy as np
 import torch
@@ -26,6 +26,8 @@ _LEAST_SD = 0.1
 
 _LEAST_SHARE = 1e-10
 """Of a value's square that its variance may be: of one that never varies, rounding is left."""
+_LEAST_VARIANCE = 1e-200
+"""Of a value that is always 0, so that nothing is divided by 0."""
 
 
 class Gram:
@@ -105,14 +107,87 @@ class Gram:
         off = torch.where(share > 0, self._xy[:-1] / self._xy[-1] - mean[:, None], 0.0)
         within = covariance - (off * share) @ off.T
         variance = torch.maximum(covariance.diagonal(), _LEAST_SHARE * second.diagonal())
-        penalty = shrinkage * variance.clamp_min(torch.finfo(variance.dtype).tiny)
+        penalty = shrinkage * variance.clamp_min(_LEAST_VARIANCE)
         solved = torch.linalg.solve(within + torch.diag(penalty), off)
         return solved.float(), (-((mean[:, None] + off / 2) * solved).sum(0)).float()
 
 
-def sum_of(grams: Sequence[Gram]) -> Gram:
+class Rows:
+    """What a `Gram` is for, of samples that are fewer than their features: the samples themselves.
+
+    Weights are the same, up to rounding, but there are as many unknowns as samples (the matrix
+    inversion lemma: Woodbury, Princeton Statistical Research Group Memo 42, 1950).
+
+    Parameters
+    ----------
+    x, y, weight
+        Samples (n, feature), their targets (n, target) and weights (n,).
+    """
+
+    def __init__(self, x: Tensor, y: Tensor, weight: Tensor) -> None:
+        """Keep the samples."""
+        self._x, self._y, self._weight = x.double(), y.double(), weight.double()
+
+    def __add__(self, other: "Rows") -> "Rows":
+        """Return the samples of both."""
+        mine, its = (self._x, self._y, self._weight), (other._x, other._y, other._weight)
+        return Rows(*(torch.cat(pair) for pair in zip(mine, its, strict=True)))
+
+    def of(self, features: Tensor) -> "Rows":
+        """Return the samples with some of the features, whose numbers are given."""
+        return Rows(self._x[:, features], self._y, self._weight)
+
+    def solve(self, strength: float | Tensor) -> tuple[Tensor, Tensor]:
+        """Return weights and constants, as `Gram.solve`."""
+        share, root = self._weight / self._weight.sum(), self._weight.sqrt()[:, None]
+        x_mean, y_mean = share @ self._x, share @ self._y
+        x = root * (self._x - x_mean)
+        scaled = x / strength
+        solved = scaled.T @ _with_ones(scaled @ x.T, root * (self._y - y_mean))
+        return solved.float(), (y_mean - x_mean @ solved).float()
+
+    def solve_as_discriminant(self, shrinkage: float) -> tuple[Tensor, Tensor]:
+        """Return weights and constants, as `Gram.solve_as_discriminant`."""
+        share = self._weight / self._weight.sum()
+        of_class, mean = (share @ self._y)[:, None], share @ self._x
+        means = torch.where(of_class > 0, (share[:, None] * self._y).T @ self._x / of_class, mean)
+        off = means - mean
+        within = share.sqrt()[:, None] * (self._x - self._y @ means)
+        least = _LEAST_SHARE * (share @ self._x.square())
+        variance = torch.maximum(share @ (self._x - mean).square(), least)
+        penalty = shrinkage * variance.clamp_min(_LEAST_VARIANCE)
+        scaled = within / penalty
+        solved = (off / penalty).T - scaled.T @ _with_ones(scaled @ within.T, scaled @ off.T)
+        return solved.float(), (-((mean + off / 2) * solved.T).sum(1)).float()
+
+
+def _with_ones(kernel: Tensor, right: Tensor) -> Tensor:
+    """Solve for a kernel (n, n) whose diagonal gains 1."""
+    solved: Tensor = torch.linalg.solve(kernel + torch.eye(len(kernel)), right)
+    return solved
+
+
+def sums(x: Tensor, y: Tensor, weight: Tensor, n_samples: int | None = None) -> Gram | Rows:
+    """Return what least squares needs of samples (n, feature), targets (n, target), weights (n,).
+
+    Parameters
+    ----------
+    n_samples
+        How many there will be once these are added to others; None for these alone.
+    """
+    if (n_samples or len(x)) < x.shape[1]:
+        return Rows(x, y, weight)
+    gram = Gram(x.shape[1], y.shape[1])
+    gram.add(x, y, weight)
+    return gram
+
+
+S = TypeVar("S", bound=Gram | Rows)
+
+
+def sum_of(parts: Sequence[S]) -> S:
     """Return what is needed of the samples of several."""
-    return reduce(operator.add, grams)
+    return reduce(operator.add, parts)
 
 
 class Ridge(Solved):
@@ -165,9 +240,8 @@ class Ridge(Solved):
         flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
         targets = nn.functional.one_hot(data.labels, linear.out_features)
-        gram = Gram(linear.in_features, linear.out_features)
-        gram.add(self.last_features(data.values), targets, data.weight)
-        solved, constant = gram.solve(penalty)
+        learnt = sums(self.last_features(data.values), targets, data.weight)
+        solved, constant = learnt.solve(penalty)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)
 
@@ -247,10 +321,8 @@ class Discriminant(Ridge):
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn from samples, in place; the speeds tell nothing."""
         flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
-        gram = Gram(linear.in_features, linear.out_features)
         targets = nn.functional.one_hot(data.labels, linear.out_features)
-        gram.add(flat, targets, data.weight)
-        solved, constant = gram.solve_as_discriminant(penalty)
+        solved, constant = sums(flat, targets, data.weight).solve_as_discriminant(penalty)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)
 

@@ -9,7 +9,15 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.models.base import FitData, Task, build_for
 from afferents.models.orders import OrderSearch
-from afferents.models.solved import PENALTY, Discriminant, Gram, Ridge, equal_weights, sum_of
+from afferents.models.solved import (
+    PENALTY,
+    Discriminant,
+    Gram,
+    Ridge,
+    Rows,
+    equal_weights,
+    sum_of,
+)
 
 PER_OCTAVE = 12
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
@@ -204,3 +212,22 @@ def test_a_ridge_of_sums_is_the_ridge_of_samples():
     ridge.solve(FitData(values, named, weight, weight), np.random.default_rng(0), PENALTY)
     weights, constants = sum_of(grams).solve_as_ridge()
     np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)
+
+
+def test_fewer_samples_than_features_are_solved_to_the_same_weights():
+    torch.manual_seed(0)
+    x, labels = 0.1 + torch.randn(30, 80), torch.arange(30) % 4
+    x[:, 5], x[:, 6] = 2.0, 0.0  # features that never vary
+    y, weight = torch.nn.functional.one_hot(labels, 5), 0.5 + torch.rand(30)
+    gram = Gram(80, 5)
+    gram.add(x, y, weight)
+    rows = sum_of([Rows(x[:12], y[:12], weight[:12]), Rows(x[12:], y[12:], weight[12:])])
+    some = torch.arange(0, 80, 2)
+    strength = 0.5 + torch.rand(80)
+    for ours, usual in (
+        (rows.solve(0.3), gram.solve(0.3)),
+        (rows.solve(strength), gram.solve(strength)),
+        (rows.of(some).solve_as_discriminant(0.1), gram.of(some).solve_as_discriminant(0.1)),
+        (rows.solve_as_discriminant(0.1), gram.solve_as_discriminant(0.1)),
+    ):
+        torch.testing.assert_close(ours, usual, rtol=1e-4, atol=1e-5)
