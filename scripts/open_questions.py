@@ -54,6 +54,10 @@ def parts() -> Iterator[Part]:
     for seed in SEEDS:
         copied = "ra-se-aug,ra-ste-aug,sa-ste-aug"
         yield evaluated(f"copies-S{seed}", f"S{seed}", copied, *HELD_OUT)
+    # Copies take the place of originals where their number is given, so once with three times both.
+    thrice = ("--recipe", "../../scripts/thrice.toml")
+    of_ra = "ra-se,ra-ste,ra-se-aug,ra-ste-aug"
+    yield evaluated("copies-thrice", "S11", of_ra, *HELD_OUT, *thrice)
     # 3. How long to feel.
     yield evaluated("runs", "S11", "sa-ste,ra-ste", *HELD_OUT, "--frames", "1,2,5,20")
     for window, points, bins in (("0.25", 44100, 200), ("0.5", 44100, 200), ("4", 176400, 800)):
@@ -220,25 +224,32 @@ def _range(values: Sequence[float | None]) -> str:
 def _copies(number: int) -> None:
     copied = found(*(f"copies-S{seed}" for seed in SEEDS))
     plain = found(*(f"nested-{name.split('-')[1]}" for name in copied))
+    thrice = found("copies-thrice")
     if not copied:
         return
     speeds = HELD_OUT[1].split(",")
-    rows = [["model", "copies", *(f"{speed} mm/s" for speed in speeds), "mean"]]
+    rows = [["model", "learnt from", *(f"{speed} mm/s" for speed in speeds), "mean"]]
     names, groups = [], {"without copies": [], "with copies": []}
     for model in ("ra-se", "ra-ste", "sa-ste"):
         names.append(model)
         for label, sessions, name in (
             ("without copies", plain, model),
             ("with copies", copied, f"{model}-aug"),
+            ("three times as many samples", thrice, model),
+            ("three times as many samples", thrice, f"{model}-aug"),
         ):
-            cells = [[percent(part, name, [s]) for part in sessions.values()] for s in speeds]
-            means = [percent(part, name, speeds) for part in sessions.values()]
+            there = [part for part in sessions.values() if name in part["models"]]
+            if not there:
+                continue
+            cells = [[percent(part, name, [s]) for part in there] for s in speeds]
+            means = [percent(part, name, speeds) for part in there]
             rows.append([f"`{name}`", label, *map(_range, cells), _range(means)])
-            groups[label].append(float(np.mean(means)))
+            if label in groups:
+                groups[label].append(float(np.mean(means)))
     figure, ax = plt.subplots(figsize=(5, 3.2), layout="constrained")
     bars(ax, names, groups)
     save(number, figure)
-    write(number, "Copies of images at other speeds", {**copied, **plain}, rows)
+    write(number, "Copies of images at other speeds", {**copied, **thrice, **plain}, rows)
 
 
 def _lengths(number: int) -> None:
