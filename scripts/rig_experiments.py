@@ -3,8 +3,8 @@
     python scripts/rig_experiments.py
 
 Nodules amplify vibration; a light touch shows the pattern; below 20 mm/s the skin sticks and slips
-as a whole. Physics, projection and the noise of the markers; some minutes on one core. Prints
-markdown.
+as a whole; how SA-I and RA-I grow with speed. Physics, projection and the noise of the markers;
+some minutes on one core. Prints markdown.
 """
 
 import numpy as np
@@ -64,6 +64,18 @@ def jerk(rig: Rig, spacing_mm: float, speed: float) -> float:
     return float(1000 * np.mean([np.percentile(np.linalg.norm(m, axis=-1), 99) for m in moved]))
 
 
+def growth(rig: Rig, spacing_mm: float) -> tuple[float, float]:
+    """Return the powers of speed that mean SA-I and RA-I grow with, from 20 to 100 mm/s."""
+    speeds = (20.0, 40.0, 60.0, 80.0, 100.0)
+    means = [
+        [float(half.mean()) for seed in SEEDS for half in images(rig, spacing_mm, v, seed)]
+        for v in speeds
+    ]
+    of_each = np.log(np.reshape(means, (len(speeds), len(SEEDS), 2)).mean(axis=1))
+    slow, rapid = np.polyfit(np.log(speeds), of_each, 1)[0]
+    return float(slow), float(rapid)
+
+
 def main() -> None:
     """Print the tables."""
     print(
@@ -91,6 +103,12 @@ def main() -> None:
         for spacing_mm in (0.0, 3.0, 6.0):
             cells = [f"{jerk(rig, spacing_mm, v):.1f}" for v in slow]
             print(f"| {name}, {spacing_mm:g} mm | " + " | ".join(cells) + " |", flush=True)
+    head = " | ".join(f"{x:g} mm" for x in SPACINGS)
+    print(f"\n| SA-I and RA-I grow with speed to the power | {head} |\n{'|---' * 8}|")
+    noiseless = changed(["camera.marker_noise_px=0"])
+    for name, rig in (("as it is", Rig()), ("without noise of the markers", noiseless)):
+        cells = ["{:.2f}, {:.2f}".format(*growth(rig, x)) for x in SPACINGS]
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":
