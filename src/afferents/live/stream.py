@@ -17,6 +17,8 @@ from afferents.live.streams import SensorStream
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""
+START_S = 3.0
+"""So long a source may take for its first message: cameras start slowly, and so does the rig."""
 RATE_TOLERANCE = 0.1
 """How far a source's frame rate may lie from what the model learnt from, as a share of it."""
 
@@ -125,6 +127,7 @@ class _SilenceWatch:
     def __init__(self, stream: SensorStream) -> None:
         self._stream = stream
         self._begun_s = self.said_s = time.monotonic()
+        self._named_s = -math.inf  # with what the silence began that was named last
 
     def break_silence(self, last_s: float | None) -> list[Prediction]:
         """Return what is to be said where nothing was said for long.
@@ -138,9 +141,13 @@ class _SilenceWatch:
         if now_s - self.said_s < max(SILENT_S, 2 * self._stream.every_s):
             return []
         self.said_s = now_s
-        silent_s = now_s - (self._begun_s if last_s is None else last_s)
-        if silent_s < SILENT_S:
+        since_s = self._begun_s if last_s is None else last_s
+        silent_s = now_s - since_s
+        if silent_s < (START_S if last_s is None else SILENT_S):
             return self._stream.report_nothing("waiting")
+        if since_s == self._named_s:  # one silence is one trouble, however long
+            return self._stream.report_nothing("stalled")
+        self._named_s = since_s
         channel: Channel = self._stream.channel
         what = f"{channel}: nothing for {silent_s:.1f} s"
         return self._stream.interrupt(Trouble(channel, self._stream.now_s, what))

@@ -175,12 +175,17 @@ class Stopping:
 @pytest.mark.system  # in real time
 def test_a_silent_source_is_stalled(models, pictures):
     go_on, predictions = threading.Event(), []
+    n_stalled = 0
     for prediction in stream([Stopping(pictures, go_on)], [models["sa-se"]]):
         predictions.append(prediction)
-        if any("nothing for" in trouble for trouble in prediction.troubles):
+        n_stalled += prediction.state == "stalled"
+        if n_stalled == 3:
             go_on.set()
     stalled = [p for p in predictions if not p.fresh]
     assert go_on.is_set()
+    # One silence is one trouble; none is a source that has not begun yet.
+    named = {t for p in predictions for t in p.troubles if "nothing for" in t}
+    assert (len(named), predictions[-1].counters.troubles) == (1, 1)
     assert all(p.texture is None and p.probabilities == {} for p in stalled)
 
 
