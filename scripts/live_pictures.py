@@ -21,10 +21,13 @@ PICTURES = {
 }
 SURE = "[...document.querySelectorAll('.felt')].every(felt => felt.dataset.felt === '5.5')"
 FRESH = "document.querySelector('#comb').textContent !== ''"
+TROUBLED = "/trouble/.test(document.body.innerText)"
+"""Two cores with a browser beside stall now and then: such a picture is taken anew."""
+ATTEMPTS = 3
 
 
-def take(page: Page, arguments: list[str], path: Path) -> None:
-    """Show what the command shows, and keep a picture of it."""
+def take(page: Page, arguments: list[str], path: Path) -> bool:
+    """Show what the command shows, keep a picture of it, and tell whether nothing was wrong."""
     command = [sys.executable, "-m", "afferents", "live", "--web", "--port", "0", *arguments]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
@@ -35,8 +38,10 @@ def take(page: Page, arguments: list[str], path: Path) -> None:
         page.wait_for_timeout(1000 * (FELT_S if feels else LOOKED_S))
         page.wait_for_function(f"{FRESH} && {SURE}" if feels else FRESH)
         page.screenshot(path=path)
+        troubled = bool(page.evaluate(TROUBLED))
         running.terminate()
-    print(path, f"{path.stat().st_size / 1000:.0f} KB")
+    print(path, f"{path.stat().st_size / 1000:.0f} KB", "with trouble" if troubled else "")
+    return not troubled
 
 
 def main() -> None:
@@ -48,7 +53,8 @@ def main() -> None:
         page = browser.new_page(viewport=SIZE)
         page.set_default_timeout(600_000)
         for name, arguments in PICTURES.items():
-            take(page, arguments, Path(sys.argv[1]) / name)
+            path = Path(sys.argv[1]) / name
+            any(take(page, arguments, path) for _ in range(ATTEMPTS))
 
 
 if __name__ == "__main__":

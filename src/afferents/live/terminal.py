@@ -91,7 +91,7 @@ def describe_faults(prediction: Prediction) -> str:
     latency_ms = prediction.latency_ms
     parts = [] if latency_ms is None else [f"latency {latency_ms:.1f} ms"]
     parts += [
-        f"{count} {name.replace('_', ' ')}"
+        f"{count} {name.replace('_', ' ').removesuffix('s' if count == 1 else '')}"
         for name, count in vars(prediction.counters).items()
         if count and name not in ("frames", "samples")
     ]
