@@ -21,7 +21,6 @@ from make_results import Part, evaluated, store_of
 from matplotlib.axes import Axes
 
 from afferents.reporting.style import BLUE, GREEN, GREY, VERMILION
-from afferents.store.recording import natural_order
 
 KEPT = pages.DATA / "open"
 SEEDS = (11, 12)
@@ -272,7 +271,7 @@ def _lengths(number: int) -> None:
     axes[1].set_title("ours", fontsize=9)
     save(number, figure)
     for name, part in runs.items():
-        for model in sorted(part["models"], key=natural_order):
+        for model in sorted(part["models"], key=lambda m: (m.rpartition("-")[0], len(m), m)):
             what = f"`{model}`" + (
                 f", windows of {name.split('-')[1]} s" if "window" in name else ""
             )
