@@ -57,7 +57,7 @@ from afferents.reporting.recording_figures import (
 from afferents.reporting.style import save_figure
 from afferents.reporting.summary_text import what_was_lost
 from afferents.store.recording import Recording, RecordingSet, natural_order
-from afferents.store.responses import Responses, named_by_spacing, speed_of, steady_s
+from afferents.store.responses import Responses, named_by_spacing, speed_of
 from afferents.store.trimming import AUDIO_S, LAST_FRAME
 
 APART = 20
@@ -434,18 +434,13 @@ def inspect_responses(
 
 
 def draw_responses(responses: Responses, source: str, out: Path) -> list[Path]:
-    """Draw the first seconds of the steady part of one recording."""
-    name = f"{source}, {responses.attrs['name']}"
-    start_s, stop_s = steady_s(responses) or (0.0, np.inf)
-    stop_s = min(stop_s, start_s + PICTURED_S)
-    pictures = []
+    """Draw the first seconds of one recording, as of a clip and a sound."""
+    name, pictures = f"{source}, {responses.attrs['name']}", []
     if dims.SA1 in responses and dims.RA1 in responses:
         times = responses[dims.TIME].values
-        part = responses.isel({dims.TIME: (times >= start_s) & (times < stop_s)})
+        part = responses.isel({dims.TIME: times < times[0] + PICTURED_S})
         figure = responses_figure(part[dims.SA1], part[dims.RA1], name)
         pictures.append(save_figure(figure, out / RESPONSES))
     if dims.RA2 in responses:
-        rate = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
-        sound = responses[dims.RA2].isel({dims.AUDIO_TIME: slice(round(start_s * rate), None)})
-        pictures.append(draw_vibration(sound, name, out))
+        pictures.append(draw_vibration(responses[dims.RA2], name, out))
     return pictures
