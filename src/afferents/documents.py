@@ -19,7 +19,8 @@ DEEPEST = 64
 
 _DIGITS = 300
 """Of an integer, so that it can be taken for a float as well."""
-_DECIMAL = re.compile(r"[0-9]\.[0-9]")
+_DECIMAL = re.compile(r"[0-9]\.[0-9]|\"[^\"]*\"|'[^']*'")
+"""Where a dot stands that parts no key: in numbers and in quotes."""
 _SHOWN = 60
 
 Form = TypeVar("Form", bound=BaseModel)

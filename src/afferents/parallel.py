@@ -305,13 +305,14 @@ def _client(address: str) -> Iterator["Client"]:
             "one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'"
         ) from error
     try:
-        client.wait_for_workers(1, timeout=WORKERS_S)
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_S)
+        except TimeoutError as error:
+            raise InputError(
+                f"--cluster: expected at least one worker at {address}, found none; start some "
+                f"with 'dask worker {address} --nthreads 1'"
+            ) from error
         yield client
-    except TimeoutError as error:
-        raise InputError(
-            f"--cluster: expected at least one worker at {address}, found none; start some with "
-            f"'dask worker {address} --nthreads 1'"
-        ) from error
     finally:
         client.close()  # type: ignore[no-untyped-call]
 

@@ -124,7 +124,7 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
 def _forget_another(file: Path, where: str) -> None:
     """Let a file be imported although one of the same name was, from another folder."""
     there = sys.modules.get(file.stem)
-    if there is None or Path(there.__file__ or "").resolve() == file:
+    if there is None or Path(getattr(there, "__file__", None) or "").resolve() == file:
         return
     if file.stem not in _of_files:
         raise InputError(

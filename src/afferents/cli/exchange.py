@@ -1,4 +1,4 @@
-"""The command that holds a store against the authors' own arrays and networks."""
+"""Commands that bring stores to other programs, and hold them against the authors' files."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The command that asks spikes what the field asks of nerve fibres."""
+"""Commands on spikes."""
 
 from pathlib import Path
 from typing import Annotated

@@ -221,9 +221,14 @@ def _own_models(arguments: Sequence[str]) -> Iterator[Any]:
 
     texts = [part for text in arguments for part in text.split("=", 1)]
     for flag, names in pairwise(texts):
-        if flag in ("--models", "--model"):
-            own = [name for name in names.split(",") if ":" in name]
-            yield from models_in(",".join(own)) if own else []
+        if flag == "--config":
+            content = _configured(Path(names), "options by name")
+            listed = content.get("models", content.get("model", ""))
+            names = listed if isinstance(listed, str) else ",".join(map(str, listed))
+        elif flag.removeprefix("--") not in ("models", "model"):  # --set models=FILE.py:NAME
+            continue
+        own = [name for name in names.split(",") if ":" in name]
+        yield from models_in(",".join(own)) if own else []
 
 
 # Options by name: from a file, or one by one; and help with all of them.
@@ -263,16 +268,18 @@ def _help_all(ctx: typer.Context, wanted: bool) -> None:
 
 
 def _read_config(ctx: typer.Context, path: Path | None) -> None:
-    if path is None:
-        return
-    what = f"options of 'afferents {ctx.info_name}' by name"
-    if path.suffix == ".json":
-        content = read_json(path, what)
-        sources = [data["source"] for data in content.get("data", ())]
-        content = {"data": sources, **content.get("options", {})} if sources else content
-    else:
-        content = read_toml(path, what)
-    _take(ctx, content, path, replace=False)
+    if path is not None:
+        what = f"options of 'afferents {ctx.info_name}' by name"
+        _take(ctx, _configured(path, what), path, replace=False)
+
+
+def _configured(path: Path, what: str) -> Mapping[str, Any]:
+    """Return the options that a file gives, by name."""
+    if path.suffix != ".json":
+        return read_toml(path, what)
+    content = read_json(path, what)
+    sources = [data["source"] for data in content.get("data", ())]
+    return {"data": sources, **content.get("options", {})} if sources else content
 
 
 def _read_set(ctx: typer.Context, pairs: list[str] | None) -> None:

@@ -1,4 +1,4 @@
-"""The command that lists what can be recorded with."""
+"""Commands that record, and list what can be recorded with."""
 
 from dataclasses import asdict
 from pathlib import Path

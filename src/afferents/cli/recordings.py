@@ -1,4 +1,4 @@
-"""The command that brings public data sets here."""
+"""Commands on recordings: look at, calibrate, track, extract, fetch."""
 
 from dataclasses import asdict
 from pathlib import Path

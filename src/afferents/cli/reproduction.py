@@ -1,4 +1,4 @@
-"""The command that looks at this machine."""
+"""Commands that reproduce the paper, and look at this machine."""
 
 from pathlib import Path
 from textwrap import indent

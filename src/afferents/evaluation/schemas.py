@@ -373,6 +373,11 @@ class Summary(About):
         return list(self.speeds_mm_s or self.groups)
 
     @property
+    def all_held_out(self) -> bool:
+        """Whether each group of the data was, rather than those that were asked for."""
+        return "--held-out" not in self.options
+
+    @property
     def held_out_keys(self) -> list[str]:
         """The same as the keys of tables."""
         return [key_of(group) for group in self.held_out]

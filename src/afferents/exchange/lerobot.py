@@ -25,7 +25,7 @@ from afferents.files import Place, write_aside
 from afferents.outputs import require_new_folder
 from afferents.plugins import import_extra
 from afferents.progress import Progress
-from afferents.recordings.session import read_session
+from afferents.recordings.session import read_session, recordings_of
 from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
 from afferents.store.zarr_store import open_responses
@@ -352,13 +352,17 @@ def _task(responses: Responses) -> str:
 
 def _videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
     """Return the session's videos by name of the recording, all of one size."""
-    found = {one.name: one.video for one in read_session(session).recordings}
+    found = recordings_of(read_session(session), recordings)
     videos: dict[str, Video] = {}
     for name in (str(responses.attrs["name"]) for responses in recordings):
-        video = found.get(name)
+        video = found[name].video
         if video is None:
+            raise InputError(f"{session}: expected a video of the recording '{name}', found none")
+        if video.width % 2 or video.height % 2:
+            size = f"{video.width} x {video.height} px"
             raise InputError(
-                f"{session}: expected the video of the recording '{name}' of the store, found none"
+                f"{video.path}: expected a width and a height that are even, as H.264 wants them, "
+                f"found {size}; leave --session out"
             )
         videos[name] = video
     sizes = {(video.width, video.height) for video in videos.values()}

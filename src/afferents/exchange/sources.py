@@ -9,7 +9,7 @@ import cv2
 
 from afferents.errors import InputError
 from afferents.files import Place
-from afferents.recordings.session import read_session
+from afferents.recordings.session import read_session, recordings_of
 from afferents.recordings.video import VideoFile
 from afferents.store.integrity import is_group
 from afferents.store.recording import Recording, Video
@@ -46,12 +46,11 @@ def find_recordings(
     InputError
         If there is no such session, store or recording, or the store is another session's.
     """
-    recordings: dict[str, Recording] = {}
-    if not is_group(Path(source)):
-        recordings = {one.name: one for one in read_session(source).recordings}
-    elif store is not None:
+    session = None if is_group(Path(source)) else read_session(source)
+    if session is None and store is not None:
         raise InputError(f"--store: expected a session beside it, found the store {source}")
-    extracted = store if recordings else source
+    recordings = {} if session is None else recordings_of(session, ())
+    extracted = source if session is None else store
     stored = () if extracted is None else open_responses(extracted)
     responses = {str(one.attrs["name"]): one for one in stored}
     names = list(recordings or responses)
@@ -64,6 +63,8 @@ def find_recordings(
             f"{store}: expected the recording '{lacking[0]}', found none; give the store that was "
             "extracted from the session"
         )
+    if session is not None:
+        recordings_of(session, (responses[name] for name in chosen if name in responses))
     return {name: Source(recordings.get(name), responses.get(name)) for name in chosen}
 
 

@@ -106,6 +106,8 @@ def _logged(
     ):
         seen = position[np.isfinite(position).all(axis=1)]
         yield at_s, "camera/markers", rr.Points2D(seen, radii=1.5, colors=(255, 60, 60))
+    if dims.ROW not in responses.coords:  # markers in no layout make no image
+        return
     row, column = responses[dims.ROW].values, responses[dims.COLUMN].values
     for name in (dims.SA1, dims.RA1):
         images = images_of(np.nan_to_num(responses[name].values), row, column)

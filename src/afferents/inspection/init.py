@@ -115,6 +115,11 @@ class _Found:
         """All that could be read."""
         return [path for path in self.media if path not in self.broken]
 
+    @property
+    def has_pictures(self) -> bool:
+        """Whether there is something else than sound."""
+        return bool(self.lengths_s) or any(path.endswith("/") for path in self.media)
+
 
 def init_session(folder: Place, force: bool = False) -> FirstSession:
     """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
@@ -252,7 +257,7 @@ def _common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines on what all recordings share; what nobody knows is commented out."""
     if len(found.sensors) == 1:
         yield f"sensor = {_quoted(found.sensors[0])}"
-    elif not own:
+    elif not own and found.has_pictures:
         yield "# The sensor file; 'afferents calibrate CLIP --out mine.toml' makes one."
         yield '# sensor = "mine.toml"'
     yield ""
@@ -304,7 +309,7 @@ def _listed(
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _doubts(found: _Found) -> Iterator[str]:
@@ -325,7 +330,7 @@ def _doubts(found: _Found) -> Iterator[str]:
             f"{len(short)} of {len(found.lengths_s)} videos last {2 * EDGE_S:g} s or less "
             f"({path} {short[path]:.1f} s): fill in steady_s, else they can't be learnt from."
         )
-    if not found.sensors:
+    if not found.sensors and found.has_pictures:
         yield "No sensor file lies here: make one with 'afferents calibrate' and name it as sensor."
 
 

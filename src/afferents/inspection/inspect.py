@@ -187,43 +187,32 @@ def inspect(
     drawn = None if overlay is None else Path(overlay)
     if out is None:
         out = f"{Path(str(source).rpartition(':')[2].rstrip('/')).stem or 'source'}-inspected"
-    with Progress(quiet) as progress:
-        return _inspect(source, Path(out), given, progress, drawn, force, fps_hz)
-
-
-def _inspect(
-    source: Data,
-    out: Path,
-    sensor: Sensor | None,
-    progress: Progress,
-    overlay: Path | None,
-    force: bool,
-    fps_hz: float | None,
-) -> Inspection:
+    out = Path(out)
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_wav = path.suffix.lower() == ".wav"
-    if overlay is not None and (is_wav or not path.is_file()):
+    is_clip = path.is_file() and not Described.is_at(path)
+    if drawn is not None and (is_wav or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
-    if overlay is not None:
-        require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
-    is_clip = path.is_file() and not Described.is_at(path)
-    if is_clip and not isinstance(source, DataSet):
-        if is_wav and fps_hz is not None:
-            raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
-        if is_wav:
-            return inspect_wav(path, out)
-        return inspect_video(path, out, sensor, progress, overlay, fps_hz)
-    data_set = data_set_of(source)
-    data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
-    if data_set.path == path and not path.exists():
-        raise InputError(
-            f"{path}: expected a video, a wav file, a session or a store, found nothing there"
-        )
-    stored = data_set.responses()
-    if stored is not None:
-        return inspect_responses(str(source), data_set, stored, out)
-    return inspect_recordings(str(source), data_set, out, progress, sensor)
+    if drawn is not None:
+        require_free(drawn, "a video with its markers", is_overlay, force=force, reads=[path])
+    if is_wav and is_clip and fps_hz is not None:
+        raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
+    with Progress(quiet) as progress:
+        if is_clip and not isinstance(source, DataSet):
+            if is_wav:
+                return inspect_wav(path, out)
+            return inspect_video(path, out, given, progress, drawn, fps_hz)
+        data_set = data_set_of(source)
+        data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
+        if data_set.path == path and not path.exists():
+            raise InputError(
+                f"{path}: expected a video, a wav file, a session or a store, found nothing there"
+            )
+        stored = data_set.responses()
+        if stored is not None:
+            return inspect_responses(str(source), data_set, stored, out)
+        return inspect_recordings(str(source), data_set, out, progress, given)
 
 
 @dataclass(frozen=True)
@@ -272,13 +261,7 @@ def look_at(
 def inspect_recordings(
     source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
 ) -> Inspection:
-    """Check every recording of a data set, all pictures and samples; draw the first vibration.
-
-    Raises
-    ------
-    InputError
-        If recordings that are sound contradict each other in their rates.
-    """
+    """Check every recording of a data set, all pictures and samples; draw the first vibration."""
     with in_a_sentence(source):
         session = data_set.recordings()
     found = Inspection(source)
@@ -296,13 +279,13 @@ def inspect_recordings(
     in_order = [looked[number] for number in sorted(looked)]
     rows = [look.row for look in in_order if look.row is not None]
     found.problems += [problem for look in in_order for problem in look.problems]
-    if not found.problems and isinstance(session, FolderSession):
-        require_rates_that_agree(session, session.declared)
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
-    found.sentences += [*length_sentences(rows), *lost_sentences(lost_of(lost))]
+    found.sentences += [*length_sentences(rows, len(jobs)), *lost_sentences(lost_of(lost))]
     found.sentences += table_sentences(session) or too_short_sentences(rows)
     try:
+        if not found.problems and isinstance(session, FolderSession):
+            require_rates_that_agree(session, session.declared)
         found.sentences += clock_sentences(session)
     except InputError as error:
         found.problems.append(str(error))
@@ -367,14 +350,14 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
     return []
 
 
-def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
-    """Say between which lengths the videos and vibrations of a session lie."""
+def length_sentences(rows: list[dict[str, Any]], n: int) -> list[str]:
+    """Say between which lengths the videos and vibrations of `n` recordings lie."""
     sentences = []
     for kind, title in (("video", "Videos"), ("vibration", "Vibrations")):
         lengths = [row[kind]["duration_s"] for row in rows if row[kind]]
         if lengths:
             sentences.append(
-                f"{title} in {len(lengths)} of {len(rows)} recordings, "
+                f"{title} in {len(lengths)} of {n} recordings, "
                 f"{min(lengths):.2f} to {max(lengths):.2f} s long."
             )
     return sentences

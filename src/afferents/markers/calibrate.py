@@ -1,5 +1,6 @@
 """What the clips of one sensor show of it: each at rest, all together, and followed on."""
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -275,4 +276,4 @@ def sensor_toml(sensor: Sensor) -> str:
 
 
 def _toml(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) else f"{value}"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else f"{value}"

@@ -212,7 +212,7 @@ def _within(found: Positions, sensor: Sensor) -> Positions:
 
 def _plausible(n_found: int, sensor: Sensor, method: Method, led: bool) -> bool:
     """Say whether so many markers can be this sensor's."""
-    if sensor.n_markers is None or sensor.markers is not None:
+    if sensor.n_markers is None or (sensor.markers is not None and method != "published"):
         return True  # `match_layout` finds the missing and leaves out the false ones
     if led if method == "published" else sensor.layout == "square":
         least, most = (1 - MOST_MISSING), (1 + MOST_FALSE)

@@ -176,11 +176,12 @@ def accuracy_by_units(
         for number in [n for n in numbers if n < units.n_units] + [units.n_units]:
             if number > max(numbers):
                 continue
+            n_draws = draws if number < units.n_units else 1  # all units can be taken once
             for across in _parts(windows):
                 for code, resolution_s in codes.items():
                     drawn = [
                         decode(some_units(windows, number, rng), resolution_s, across, seed)
-                        for rng in np.random.default_rng(seed).spawn(draws)
+                        for rng in np.random.default_rng(seed).spawn(n_draws)
                     ]
                     by_speed = {one: float(np.mean([d[one] for d in drawn])) for one in drawn[0]}
                     given = {"class": name, "across": across, "code": code, "n_units": number}
@@ -255,9 +256,9 @@ def _parts_of_speed(trials: pd.DataFrame) -> NDArray[np.int64]:
 
     Its repetition, where there are several; else the second half of its trial is 0, the first -1.
     """
-    repetition = trials["repetition"].to_numpy(np.int64)
-    if len(np.unique(repetition)) > 1:
-        return np.unique(repetition, return_inverse=True)[1]
+    repetition, names = pd.factorize(trials["repetition"], sort=True, use_na_sentinel=False)
+    if len(names) > 1:
+        return repetition
     place = trials.groupby(TRIAL).cumcount()
     size = trials.groupby(TRIAL)[TRIAL].transform("size")
     return np.where((place >= (size + 1) // 2).to_numpy(), 0, -1)

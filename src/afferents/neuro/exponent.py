@@ -65,7 +65,7 @@ def spectral_exponent(
     if inside.sum() < 3:
         return float("nan")
     x, y = np.log(frequency[inside]), np.log(power[inside])
-    bands = np.digitize(x, np.linspace(x[0], x[-1], 20))
+    bands = np.digitize(x, np.linspace(x[0], x[-1], 21)[1:-1])
     means = np.array([(x[bands == band].mean(), y[bands == band].mean()) for band in set(bands)])
     return float(np.polyfit(means[:, 0], means[:, 1], 1)[0])
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from afferents.files import Place, write_aside, write_json
-from afferents.neuro.beside import beside, some_of_each
+from afferents.neuro.beside import beside, matched, some_of_each
 from afferents.neuro.decoding import (
     WINDOW_S,
     accuracy_by_resolution,
@@ -37,8 +37,8 @@ from afferents.outputs import require_picture_folder
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
-from afferents.spikes.artificial import artificial_spikes
-from afferents.spikes.population import Spikes, joined
+from afferents.spikes.artificial import artificial_spikes, of_recordings
+from afferents.spikes.population import Spikes
 from afferents.store.responses import Responses
 from afferents.store.zarr_store import open_responses
 
@@ -73,7 +73,7 @@ def spikes_of_store(
     progress = progress or Progress(quiet=True)
     jobs = ((n, one, model, seed, classes, start_s, stop_s) for n, one in enumerate(recordings))
     done = side_by_side(_trial, jobs, None if len(recordings) >= _MANY else 1, progress.note)
-    return joined(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
+    return of_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
 
 
 def _trial(number: int, recording: Responses, *how: Any) -> tuple[int, Spikes]:
@@ -239,6 +239,8 @@ def neural(
     with Progress(quiet) as progress:
         spikes = spikes_of_store(store, units, seed, classes, progress=progress)
         require_conditions(spikes)
+        if fibres is not None:
+            matched(spikes, fibres, seed, gaps=True)  # refuses now what could not be shown later
         tables = _tables(store, spikes, seed, window_s, progress)
     source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
     figures = {

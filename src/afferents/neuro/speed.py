@@ -64,8 +64,8 @@ def stretch_match(
 ) -> pd.DataFrame:
     """Return how often a train finds its own texture at another speed, stretched and as it is.
 
-    For two speeds, the trains of each texture at the first are held against those of all textures
-    at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
+    For two speeds, the trains of each texture at the second are held against those of all textures
+    at the first; the most alike is the match. Likeness is the correlation of smoothed trains,
     summed over the units of a class that both trials have, at the shift where it is greatest: where
     on the drum a recording began is not known. It is divided by the root of the number of these
     units, by which sums of noise grow, so that gaps in recordings give no texture away. The mean of

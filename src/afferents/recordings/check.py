@@ -41,16 +41,16 @@ def require_own_files(session: RecordingSet) -> None:
     InputError
         Naming two files of the same bytes.
     """
-    by_size: dict[tuple[str, int], list[Path]] = {}
+    by_size: dict[int, list[Path]] = {}
     for path in (path for recording in session.recordings for path in recording.files):
         with reading(path, "a readable file", OSError):
-            by_size.setdefault((path.name, size_of(path)), []).append(path)
+            by_size.setdefault(size_of(path), []).append(path)
     seen: dict[str, Path] = {}
-    for (_, size), paths in by_size.items():
+    for size, paths in by_size.items():
         for path in paths if size and len(paths) > 1 else ():  # empty ones are no recordings
             with reading(path, "a readable file", OSError):
                 other = seen.setdefault(checksum(path), path)
-            if other != path:
+            if other != path:  # a file that is listed twice may hold two recordings
                 raise InputError(
                     f"{path}: expected a recording of its own, found the same bytes as {other}; "
                     "remove the copy, or record what is missing"

@@ -1,4 +1,4 @@
-"""What `extract` leaves, as a data set: a store of responses."""
+"""The kinds of data set by name, and which one a path is."""
 
 import re
 from collections.abc import Mapping
@@ -74,6 +74,12 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     if colon and name in PACKAGED:
         return Described(path, PACKAGED[name])
     there = Path(wanted)
+    if colon and re.fullmatch(r"\w+", name) and not there.exists() and len(name) > 1:
+        known = ", ".join([*DATA_SETS, *PACKAGED])
+        raise InputError(
+            f"{wanted}: expected a path, NAME:PATH with a NAME of {known}, or a data set of your "
+            "own as FILE.py:NAME, found none of them"
+        )
     if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
         return _own(own["where"], own["path"])
     *others, last = DATA_SETS.values()

@@ -176,9 +176,15 @@ def _steady(series: SeriesFile, signal: Signal) -> tuple[float, float] | None:
     if stop_s > 0:
         return start_s, stop_s
     try:
-        return start_s, series.n_samples / series.sample_rate_hz + stop_s
+        end_s = series.n_samples / series.sample_rate_hz + stop_s
     except InputError:
         return None
+    if end_s <= start_s:
+        raise InputError(
+            f"{series.path}: expected more than steady_s leaves out, found a file of "
+            f"{end_s - stop_s:g} s; leave it out, or shorten [signal] steady_s"
+        )
+    return start_s, end_s
 
 
 def _value(text: str) -> str | float:

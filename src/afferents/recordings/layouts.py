@@ -241,6 +241,4 @@ def _there(root: Path, file: str | None, declared: SessionFile) -> Path | None:
     found = "no such file"
     if there := media_in(root):
         found += f" (there are {named(root, there)})"
-    raise InputError(
-        f"{root / file}: expected a recording that {declared.file} names, found {found}"
-    )
+    raise InputError(f"{root / file}: expected a file that the session names, found {found}")

@@ -117,7 +117,8 @@ class ImageFolder:
 
 def _read(path: Path) -> GreyImage:
     """Return an image in grey, (height, width) uint8."""
-    image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE)
+    data = np.fromfile(path, np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
     if image is None:
         raise InputError(f"{path}: expected a readable image, found none in it")
     return np.asarray(image, np.uint8)

@@ -313,6 +313,11 @@ class SeriesFile:
         period_ms, step = 1000 / rate_hz, np.diff(time_ms)
         jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
         usual_ms = float(np.median(step))
+        if usual_ms <= 0:
+            raise InputError(
+                f"{self.path}: expected times that go on, found steps of {usual_ms:g} ms (median); "
+                "leave the time column out of [signal], or resample"
+            )
         if abs(usual_ms - period_ms) > max(jitter_ms, _AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms

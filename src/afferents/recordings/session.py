@@ -1,6 +1,6 @@
 """Whether the recordings of a session belong together: its grid, its files, its rates."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
-from afferents.recordings.check import RATE_TOLERANCE, check_recording
+from afferents.recordings.check import RATE_TOLERANCE, check_files, check_recording
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.layouts import (
     AUDIO,
@@ -25,11 +25,13 @@ from afferents.recordings.session_file import (
     SESSION_TOML,
     ListedRecording,
     SessionFile,
+    StrictFile,
     declared_by,
     rate_in,
     session_file,
 )
 from afferents.store.recording import Recording, RecordingSet, natural_order, require_distinct
+from afferents.store.responses import Responses
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,8 +50,8 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
     speeds = set()
     for r in recordings:
         if r.speed_mm_s is not None:
-            named = r.name.split("/")[1:2] or [f"{r.speed_mm_s:g}"]  # as a folder's name has it
-            speeds.add((named[0], r.speed_mm_s))
+            folders = [] if declared.recordings else r.name.split("/")[1:2]
+            speeds.add(((folders or [f"{r.speed_mm_s:g}"])[0], r.speed_mm_s))
     require_distinct(root, (r.texture for r in recordings), speeds)
     if not declared.recordings:
         _require_no_holes(root, recordings, declared)
@@ -169,7 +171,7 @@ class Session(RecordingSet):
         for number, row in enumerate(rows):
             as_form(row, ListedRecording, f"row {number} of the table", "a recording")
         content = {**declared, "recordings": rows}
-        return _session(folder, declared_by(content, "the table"))
+        return _session(folder, declared_by(content, "the table", StrictFile))
 
 
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
@@ -178,8 +180,9 @@ def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
     known = {name: given[name] for name in ListedRecording.model_fields if name in given}
     others = {name: value for name, value in given.items() if name not in known}
     known["conditions"] = {**known.get("conditions", {}), **others}
-    if isinstance(known.get("rest_frame"), float):  # an empty cell makes a column one of floats
-        known["rest_frame"] = int(known["rest_frame"])
+    frame = known.get("rest_frame")
+    if isinstance(frame, float) and frame.is_integer():  # an empty cell makes all of them floats
+        known["rest_frame"] = int(frame)
     return known
 
 
@@ -265,6 +268,29 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
             f"{'a file' if root.exists() else 'no such folder'}"
         )
     return _session(root, session_file(root).at_rate(fps_hz))
+
+
+def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str, Recording]:
+    """Return a session's recordings by name, which must hold those that were extracted.
+
+    Raises
+    ------
+    InputError
+        If one of them is not there, or its files are others than those it was extracted from.
+    """
+    found = {one.name: one for one in session.recordings}
+    for responses in extracted:
+        name, checksum = str(responses.attrs["name"]), responses.attrs.get("checksum")
+        if name not in found:
+            raise InputError(
+                f"{session.root}: expected the recording '{name}' of the store, found none"
+            )
+        if checksum and checksum != check_files(found[name], session.declared):
+            expected = f"the files of '{name}' that the store was extracted from"
+            raise InputError(
+                f"{session.root}: expected {expected}, found others; give that session, or none"
+            )
+    return found
 
 
 def _session(root: Path, declared: SessionFile) -> Session:

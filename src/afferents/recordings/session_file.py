@@ -1,4 +1,4 @@
-"""One recording as a session file, or a row of a table, describes it."""
+"""What `session.toml` and `session.json` say."""
 
 import re
 from collections.abc import Mapping
@@ -49,8 +49,15 @@ def _interval(steady: tuple[float, float]) -> tuple[float, float]:
     return steady
 
 
+_MOST_PARTS = 6
+"""Of an id."""
+
+
 def _labels(name: str) -> str:
-    for part in name.split("/"):
+    parts = name.split("/")
+    if len(parts) > _MOST_PARTS:  # a store looks no deeper
+        raise ValueError(f"at most {_MOST_PARTS} parts between slashes")
+    for part in parts:
         require_label(part)
     return name
 
@@ -274,7 +281,7 @@ class SessionFile(BaseModel):
         return channel
 
 
-class _Strict(SessionFile, extra="forbid"):
+class StrictFile(SessionFile, extra="forbid"):
     """The same, where an unknown key is a slip of the pen."""
 
 
@@ -308,7 +315,7 @@ def session_file(root: Path) -> SessionFile:
             f"{root}: expected one session file, found {found}; put what counts into one of them"
         )
     if toml.exists():
-        return declared_by(read_toml(toml, _WHAT), toml, _Strict)
+        return declared_by(read_toml(toml, _WHAT), toml, StrictFile)
     if not json.exists():
         return SessionFile()
     content = read_json(json, _WHAT)

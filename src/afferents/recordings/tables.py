@@ -3,7 +3,8 @@
 import csv
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -15,6 +16,7 @@ from afferents.documents import as_form, read_toml
 from afferents.errors import InputError, reading
 from afferents.forms import StrictForm
 from afferents.plugins import import_extra
+from afferents.recordings.audio import WavFile
 
 _PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
 _ANY = "*"
@@ -277,7 +279,16 @@ def read_table(path: Path, signal: Signal) -> Table:
             f"{path}: expected {known}, found '{path.suffix}'; say which in [signal] format"
         )
     with reading(path, f"a readable {suffix.upper()} file"):
-        return FORMATS[suffix](path, signal)
+        table = FORMATS[suffix](path, signal)
+    _require_different(path, table.columns)
+    return table
+
+
+def _require_different(path: Path, names: Sequence[str]) -> None:
+    if twice := [name for name, n in Counter(names).items() if n > 1]:
+        raise InputError(
+            f"{path}: expected columns of different names, found '{twice[0]}' twice; rename one"
+        )
 
 
 def _csv(path: Path, signal: Signal) -> Table:
@@ -336,7 +347,7 @@ def _parquet(path: Path, signal: Signal) -> Table:
     import_extra("parquet", str(path), "pyarrow")
     import pandas as pd
 
-    frame = pd.read_parquet(path.absolute())
+    frame = pd.read_parquet(path.absolute(), columns=list(signal.arrays) or None)
     return _columns(path, {str(name): frame[name].to_numpy() for name in frame.columns})
 
 
@@ -346,7 +357,7 @@ def _numpy(path: Path, signal: Signal) -> Table:
         return _columns(path, _parts("", found))
     with found:
         wanted = _wanted(path, list(found), signal)
-        return _columns(path, _joined((key, found[key]) for key in wanted))
+        return _columns(path, _joined(path, ((key, found[key]) for key in wanted)))
 
 
 def _hdf5(path: Path, signal: Signal) -> Table:
@@ -355,13 +366,14 @@ def _hdf5(path: Path, signal: Signal) -> Table:
         names: list[str] = []
         file.visititems(lambda name, one: names.append(name) if hasattr(one, "shape") else None)
         wanted = _wanted(path, names, signal)
-        return _columns(path, _joined((key, file[key][()]) for key in wanted))
+        return _columns(path, _joined(path, ((key, file[key][()]) for key in wanted)))
 
 
 def _sound(path: Path, signal: Signal) -> Table:
     import soundfile
 
     samples, rate_hz = soundfile.read(path, dtype="float64", always_2d=True)
+    _ = WavFile(path, 0).header  # refuses one that was cut off
     table = _columns(path, _parts("", samples))
     return table._replace(rate_hz=float(rate_hz))
 
@@ -376,8 +388,10 @@ def _wanted(path: Path, there: Sequence[str], signal: Signal) -> Sequence[str]:
     return signal.arrays or there
 
 
-def _joined(arrays: Any) -> dict[str, Any]:
-    return {name: part for key, array in arrays for name, part in _parts(key, array).items()}
+def _joined(path: Path, arrays: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    named = [(name, part) for key, array in arrays for name, part in _parts(key, array).items()]
+    _require_different(path, [name for name, _ in named])
+    return dict(named)
 
 
 def _parts(key: str, array: Any) -> dict[str, Any]:

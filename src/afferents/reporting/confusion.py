@@ -1,6 +1,7 @@
 """Figures 9, 11 and 13: one confusion matrix a held-out speed, in percent of the true texture."""
 
 from dataclasses import dataclass, replace
+from statistics import fmean
 from typing import Any, Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.choices import Figures
-from afferents.evaluation.metrics import confusion
+from afferents.evaluation.metrics import accuracy_by_group, confusion
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
 from afferents.folds.held_out import SPEED, order
@@ -144,7 +145,7 @@ def confusion_title(model: str, protocol: str, summary: Summary) -> str:
 
 def _panel(rows: pd.DataFrame, textures: list[str], title: str) -> Panel:
     counts = confusion(rows, textures)
-    accuracy = 100 * np.trace(counts) / counts.sum()
+    accuracy = 100 * fmean(accuracy_by_group(rows).values())
     return Panel(f"{title}: {accuracy:.0f}%", percent_of_true(counts))
 
 

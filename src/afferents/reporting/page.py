@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from afferents.evaluation.results import Results
+from afferents.evaluation.results import CONFIG, Results
 from afferents.evaluation.schemas import About, Summary
 from afferents.folds.held_out import SPEED
 from afferents.reporting.comparisons import beside_paper, differences
@@ -177,20 +177,5 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
 
 def redo_command(results: Results) -> str:
     """Return the command that repeats the evaluation."""
-    summary = results.found
-    found = list(outcomes(summary))
-    seeds = sorted({seed for *_, one in found for seed in one.seeds}) or [0]
-    protocols = {protocol for _, protocol, _ in found}
-    bases = {name: base for base, of in summary.lengths.items() for name in of.values()}
-    lengths = sorted({n for of in summary.lengths.values() for n in of}, key=int)
-    models = dict.fromkeys(bases.get(name, name) for name in model_order(summary))
-    arguments = [
-        *(data.source for data in summary.data),
-        *("--out", results.root.name or "RESULTS", "--models", ",".join(models)),
-        *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
-        *("--cut", summary.cut, "--preset", summary.preset),
-        *("--seed", str(seeds[0]), "--seeds", str(len(seeds))),
-        *summary.options,
-        *(("--frames", ",".join(lengths)) if lengths else ()),
-    ]
-    return shlex.join(["afferents", "evaluate", *arguments])
+    config = f"{results.root.name or 'RESULTS'}/{CONFIG}"
+    return shlex.join(["afferents", "evaluate", "--config", config, "--out", "AGAIN"])

@@ -1,6 +1,7 @@
 """What all plots share: the axes, colours, and how what is given is called."""
 
 from collections.abc import Sequence
+from statistics import fmean
 
 import numpy as np
 import pandas as pd
@@ -167,6 +168,8 @@ def markers(
         raise InputError(
             f"frame: expected a grey image (height, width), found shape {np.shape(frame)}"
         )
+    if time_s is None:
+        time_s = float(tracks[dims.TIME][tracks.sizes[dims.TIME] // 2])
     now = _frame_at(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
     seen = np.isfinite(now.values).all(axis=1)
     if dims.DETECTED in tracks:
@@ -255,7 +258,7 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     _require_array(data, "responses.ra2")
     if dims.AUDIO_TIME in data.dims:
         data = _windows(data)
-    if dims.FREQUENCY not in data.dims:
+    if dims.FREQUENCY not in data.dims or dims.FEATURE in data.dims:
         expected = "the dimensions (audio_time, channel), or one 'frequency'"
         raise InputError(f"data: expected {expected}, found {kind_of(data)}")
     lines = {label: _mean_spectrum(part) for label, part in _by_texture(data)}
@@ -417,7 +420,8 @@ def confusion(
         rows, _ = _chosen(rows, "held_out_group", held_out)
         title.append(f"{summary.split.printed(held_out) if summary else held_out} held out")
     counts = metrics.confusion(rows, textures)
-    accuracy = 100 * np.trace(counts) / counts.sum()
+    by_group = metrics.accuracy_by_group(rows).values() if column_of(rows) in rows else ()
+    accuracy = 100 * (fmean(by_group) if by_group else np.trace(counts) / counts.sum())
     ax = axes_of(ax, 4.6, 4.0)
     panel = Panel(", ".join([*title, f"{accuracy:.0f}%"]), percent_of_true(counts))
     image = draw_panel(ax, panel)

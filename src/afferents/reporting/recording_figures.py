@@ -221,6 +221,8 @@ def draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str)
 
 
 def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
+    if len(values) < 2:  # a single sample has no spectrum
+        return
     frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
     amplitude = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0))[1:] / len(values)
     if values.shape[1] > 1:

@@ -155,14 +155,18 @@ def figure_data(
     results: Results, progress: Progress, style: Figures = "report"
 ) -> tuple[FigureData, list[str]]:
     """Read what the figures of the data show; notes say what could not be had."""
+    notes: list[str] = []
     try:
         recordings = _recordings(results, progress)
-        spectra = _spectra(recordings, results.config, progress)
+        try:
+            spectra = _spectra(recordings, results.config, progress)
+        except _UNREADABLE as error:  # such as sound shorter than a window
+            spectra, notes = None, [f"Figures of spectra are missing: {error}."]
         frames, began = _frames(recordings, results.found.named_by_spacing, style)
         said = {str(conditions(recording).get("direction", "")) for recording in recordings}
         sliding = said.pop() if len(said) == 1 else ""
         shapes = _sample_shapes(results.config, frames, spectra) if style == "paper" else {}
-        return FigureData(spectra, frames, began, sliding, _networks(results, shapes)), []
+        return FigureData(spectra, frames, began, sliding, _networks(results, shapes)), notes
     except _UNREADABLE as error:
         return FigureData(), [f"Figures of the data are missing: {error}."]
 

@@ -45,7 +45,6 @@ from afferents.store.responses import (
     named_by_spacing,
     read_whole,
     speed_of,
-    speeds_of,
     textures_of,
 )
 
@@ -255,7 +254,7 @@ def shear_tables(
     of_textures = make_table(
         "Texture at held-out speeds",
         "Percent of samples of ten frames, mean over held-out speeds, with 95% interval over "
-        f"recordings in brackets. A linear discriminant, nested. {source}.",
+        f"textures in brackets. A linear discriminant, nested. {source}.",
         ("Recognised from", "Accuracy"),
         (*rows, ("chance", f"{100 * chance:.1f}")),
     )
@@ -353,21 +352,15 @@ def _require_enough(recordings: Sequence[Responses], where: str) -> None:
         name = responses.attrs["name"]
         if not {dims.POSITION, dims.REST_POSITION} <= set(responses.variables):
             raise InputError(f"{where}: expected recordings of markers, found none in {name}")
-        if speed_of(responses) is None:
-            raise InputError(
-                f"{where}: expected the speed of every recording, found none of {name}"
-            )
-    for what, there in (("textures", textures_of(recordings)), ("speeds", speeds_of(recordings))):
-        if len(there) < 2:
-            raise InputError(f"{where}: expected at least 2 {what}, found {len(there)}")
-    n_speeds = Counter(
-        texture for texture, _ in {(str(r.attrs[dims.TEXTURE]), speed_of(r)) for r in recordings}
-    )
-    for texture, n in n_speeds.items():
-        if n < 2:
-            raise InputError(
-                f"{where}: expected each texture at 2 speeds or more, found {texture} at one"
-            )
+    SPEED.groups_of(recordings)  # refuses those whose speed is not known
+    pairs = {(str(one.attrs[dims.TEXTURE]), speed_of(one)) for one in recordings}
+    n_speeds = Counter(texture for texture, _ in pairs)
+    if alone := [texture for texture, n in n_speeds.items() if n < 2]:
+        raise InputError(
+            f"{where}: expected each texture at 2 speeds or more, found {alone[0]} at one"
+        )
+    if max(Counter(speed for _, speed in pairs).values()) < 2:
+        raise InputError(f"{where}: expected 2 textures or more at one speed, found one at each")
 
 
 def _felt(

@@ -1,13 +1,16 @@
 """What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
 
 import shlex
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from afferents.choices import flag_of
 from afferents.dims import RA2
+from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 from afferents.evaluation.schemas import Lost, Outcome, Summary
+from afferents.folds.held_out import ByPair
 from afferents.models.model import BEST, MODELS
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
@@ -54,17 +57,17 @@ def winner(summary: Summary) -> Winner | None:
     for protocol in PROTOCOL_TITLES:
         found = {model: one for model, its, one in outcomes(summary) if its == protocol}
         if found:
-            wanted = _recommended(found)
+            wanted = _recommended(summary)
             best = max(found, key=lambda name: found[name].mean_accuracy)
             named = wanted if wanted in found else best
             return Winner(named, protocol, wanted in found, found[named], found)
     return None
 
 
-def _recommended(models: Iterable[str]) -> str:
-    """Return what we recommend for such data: what markers show, if any model was given them."""
-    of_markers = any(MODELS[name].channel != RA2 for name in models if name in MODELS)
-    return BEST[0] if of_markers or BEST[0] in models else BEST[1]
+def _recommended(summary: Summary) -> str:
+    """Return what we recommend for such data: a model of markers, where there are any."""
+    ours, of_sound = BEST
+    return ours if summary.lost or ours in {*summary.models, *summary.lengths} else of_sound
 
 
 def headline(summary: Summary) -> str:
@@ -97,7 +100,9 @@ def at_chance(summary: Summary, won: Winner) -> bool:
 def what_was_held_out(summary: Summary) -> str:
     """Return it in a line."""
     split, keys = summary.split, summary.held_out_keys
-    named = f"{keys[0]} to {keys[-1]}{split.unit}" if split.ordered else ", ".join(keys)
+    whole = split.ordered and summary.all_held_out
+    named = f"{keys[0]} to {keys[-1]}" if whole else ", ".join(keys)
+    named += split.unit
     return f"Held out, each in turn: {len(keys)} {split.many}, {named}."
 
 
@@ -105,10 +110,13 @@ def what_was_asked(summary: Summary) -> str:
     """Return what was held out, for somebody who has not read the paper."""
     split, keys = summary.split, summary.held_out_keys
     n = f"{len(summary.textures)} textures"
+    others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
     held_out = (
-        "Each in turn was held out: a model learnt from the recordings of the others, and then had "
+        f"Each in turn was held out: a model learnt from the recordings of {others}, and then had "
         "to recognise the texture in every sample of this one."
     )
+    if not summary.all_held_out:
+        return f"{n}. Of the {split.many}, {', '.join(keys)}{split.unit} were held out. {held_out}"
     if not split.ordered:
         return f"{n} were recorded with {len(keys)} {split.many}: {', '.join(keys)}. {held_out}"
     return (
@@ -209,11 +217,12 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
             "Train longer. The preset quick only shows that all of it runs: repeat the command at "
             "the end of this page into another folder, with --preset fast."
         )
-    if not won.recommended:
-        title = model_title(_recommended(won.rivals), summary)
+    wanted = _recommended(summary)
+    if wanted not in {*won.rivals, *summary.lengths}:
+        title, again = model_title(wanted, summary), ["afferents", "evaluate", *sources]
         yield Step(
             f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
-            shlex.join(["afferents", "evaluate", *sources, "--models", "best", "--out", "BEST"]),
+            shlex.join([*again, *summary.options, "--models", "best", "--out", "BEST"]),
         )
     if any(data.simulated for data in summary.data):
         yield Step(
@@ -227,7 +236,7 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
             "sessions differ.",
         )
     split, keys, worst = summary.split, summary.held_out_keys, won.found.worst
-    if split.ordered and len(keys) >= 3:
+    if split.ordered and summary.all_held_out and len(keys) >= 3:
         if worst in (keys[0], keys[-1]):
             end, more = ("slowest", "slower") if worst == keys[0] else ("fastest", "faster")
             yield Step(
@@ -258,7 +267,11 @@ def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
             f"{model_title(name, summary)} ({accuracy}%). "
         )
     source = summary.data[0].source  # `train` takes one
-    train = shlex.join(["afferents", "train", source, "MODEL", "--model", name])
+    asked = zip(summary.options[::2], summary.options[1::2], strict=True)
+    known = {flag_of(option) for option in EvaluationOptions.model_fields}
+    alone = known - {flag_of(option) for option in TrainingOptions.model_fields}
+    options = [word for flag, value in asked if flag not in alone for word in (flag, value)]
+    train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
         yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)
         return

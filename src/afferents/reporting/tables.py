@@ -361,27 +361,28 @@ def _validation(summary: Summary, found: Outcome) -> str:
 def touches_table(summary: Summary) -> pd.DataFrame:
     """Return how well samples and whole recordings are recognised, between the speeds and beyond.
 
-    Of groups that lie on no scale: over all of them, and in the worst.
+    Of groups that lie on no scale, or some of them: over all of them, and in the worst.
     """
     split, ends = summary.split, (summary.held_out_keys[0], summary.held_out_keys[-1])
+    on_a_scale = split.ordered and summary.all_held_out
 
     def cells(found: Outcome | Accuracies) -> list[str]:
-        if not split.ordered:
+        if not on_a_scale:
             return [mean_and_interval(found), worst_of(summary, found)]
         inside = mean_and_interval(getattr(found, "inside", None))
         return [mean_and_interval(found), inside, *(_at(found, end) for end in ends)]
 
     heads = [f"Over all {split.many}", "Worst"]
-    if split.ordered:
+    if on_a_scale:
         heads = [f"All {split.many}", "Between", *(f"{end} mm/s" for end in ends)]
     between = (
         "Between: held-out speeds that lie between speeds trained on; to hold out the slowest or "
         "the fastest is to extrapolate. "
     )
     return make_table(
-        "Samples and whole recordings" + ", speeds between others and at the ends" * split.ordered,
+        "Samples and whole recordings" + ", speeds between others and at the ends" * on_a_scale,
         "Percent recognised. A recording is classified by the sum of its samples' "
-        f"log-probabilities. {between * split.ordered}In brackets: 95% interval (over "
+        f"log-probabilities. {between * on_a_scale}In brackets: 95% interval (over "
         f"{drawn_over(summary)}). {preset_note(summary)}",
         (
             "Model",

@@ -182,6 +182,7 @@ def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
         *("--out", path.parent.name or "RESULTS", "--split", "texture"),
         *("--models", ",".join(summary.models), "--cut", summary.cut),
         *summary.options,
+        *(["--keep-going"] if summary.skipped else ()),
     ]
     speeds = shortened([speed_key(v) for v in summary.speeds_mm_s])
     page = render(

@@ -150,6 +150,8 @@ def height_map(text: str, drum: Drum) -> tuple[str, Surface]:
     if match is None:
         raise InputError(f"a height map: expected NAME=FILE,LENGTH_MM,HEIGHT_MM, found '{text}'")
     name, file, length, height = match.groups()
+    if name in [*LETTERS] or re.fullmatch(r"[\d.]+", name):
+        raise InputError(f"a height map: expected a name that is no printed drum's, found '{name}'")
     try:
         size = float(length), float(height)
     except ValueError:

@@ -3,8 +3,8 @@
     heard = band-pass(sum_i w_i (dp_i/dt + share dF_i/dt)) + motor + mains + noise
 
 with pressures p and tangential forces F of the nodes, and weights w that fall off with the
-distance from the microphone. The gel passes about 2 to 150 Hz (published spectra: hardly
-anything above 300 Hz).
+distance from the microphone. The gel passes some 5 to 200 Hz (published spectra: hardly
+anything above 300 Hz), and smooths from `corner_hz` on, so that there the forces are heard.
 """
 
 from pathlib import Path
@@ -82,7 +82,7 @@ def heard(
     Parameters
     ----------
     pressure_rate, shear_rate
-        See `skin.Felt`, mN/s, shape (n_steps,).
+        See `SkinResponse`, mN/s, shape (n_steps,).
     rate_hz
         Steps a second; a whole fraction of 44.1 kHz.
     """

@@ -20,6 +20,8 @@ from afferents.rig.surface import Surface, bumped_surface, felt
 STABLE = 1.5
 """The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
 
+SPARE_S = 0.25
+"""How much longer than asked a run lasts, so that the clock of the sound may begin later, s."""
 _BLOCK = round(PHYSICS_RATE_HZ)
 
 
@@ -134,7 +136,7 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
         ),
         run_out_mm=(float(run_out[0]), float(run_out[1])),
         start_rad=float(of_run.uniform(0, 2 * math.pi)) * mount.any_angle,
-        clock_offset_s=float(of_run.normal(0, mount.clock_sd_s)),
+        clock_offset_s=float(np.clip(of_run.normal(0, mount.clock_sd_s), -SPARE_S, SPARE_S)),
     )
 
 
@@ -160,7 +162,7 @@ def simulate_run(
     check_step(rig)
     turning = turn(
         speed_mm_s,
-        seconds + 0.25,
+        seconds + SPARE_S,
         rig.drive,
         rig.drum.diameter_mm / 2,
         drawn.start_rad,
@@ -337,7 +339,7 @@ def tap(
     drawn = draw(rig, texture, speed_mm_s, seed)
     drawn = drawn._replace(tilt_rad=(0.0, towards), clock_offset_s=0.0)
     rng = random_of(seed, texture, speed_mm_s, TAPS)
-    time = (np.arange(round((seconds + 0.25) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
+    time = (np.arange(round((seconds + SPARE_S) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)
     for at in at_s:
         width, depth = rng.uniform(0.7, 1.4) * WIDTH_S, rng.uniform(0.7, 1.3) * DEPTH_MM

@@ -32,7 +32,9 @@ def rig_of(sensor: Sensor) -> Rig:
         drum.
     """
     lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
-    if (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice:
+    is_own = (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice
+    seen = (_width(sensor), _height(sensor), bool(sensor.detector.blob_colour), sensor.lens)
+    if is_own and seen == (Camera().width, Camera().height, True, None):
         return Rig()
     pitch = _require(sensor)
     if sensor.layout == "square":

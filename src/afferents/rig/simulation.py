@@ -166,10 +166,8 @@ def _as_asked(
     nodules: Nodules,
 ) -> Rig:
     """Return the rig with the switches of a session."""
-    if prints < 0:
-        raise InputError(
-            f"--reprint: expected the number of a set of drums, 0 or more, found {prints}"
-        )
+    if prints < 0:  # a session's drums are those of its seed
+        raise InputError(f"--seed or --reprint: expected 0 or more, found {prints}")
     mounting: dict[str, Any] = {"remount": remount}
     if indentation_mm is not None:
         if not 0 < indentation_mm <= DEEPEST_MM:

@@ -26,11 +26,13 @@ WIDTH_MM = 36.0
 _ALONG = 5088
 """Samples round the drum: 0.05 mm, a fifth of the finest bump."""
 _ACROSS = 720
+_LARGEST_MAP = 32766
+"""Rows or columns of a height map, which OpenCV counts in 16 bits."""
 _TOUCHED_MM = 10.0
 _PATCHED, _PATCHED_ACROSS = 252, 36
 """Samples of how a print warps: 1 mm apart, round the drum and across."""
 _COARSER = 2
-"""Nodules feel 2 mm; what they feel is kept at 0.1 mm."""
+"""Nodules feel 1.5 mm; what they feel is kept at 0.1 mm."""
 
 
 class Drum(BaseModel):
@@ -217,12 +219,15 @@ def mapped_surface(
         )
     height = height - height.min()
     length = math.pi * (drum.diameter_mm + 2 * float(height.max()))
-    repeats = round(length / length_mm) if length_mm > 0 else 0
-    if repeats < 1:
+    if not 0 < length_mm <= length:
         raise InputError(
             f"a height map: expected a length of 0 to {length:.0f} mm, found {length_mm:g} mm"
         )
-    pitch = length_mm / len(height)
+    if max(height.shape) > _LARGEST_MAP:
+        raise InputError(
+            f"a height map: expected {_LARGEST_MAP} rows and columns at most, found {height.shape}"
+        )
+    repeats, pitch = round(length / length_mm), length_mm / len(height)
     along = np.arange(_ALONG) * len(height) * repeats / _ALONG
     across = np.arange(_ACROSS) * WIDTH_MM / _ACROSS / pitch
     tile = np.pad(height, ((0, 1), (0, 1)), mode="wrap")

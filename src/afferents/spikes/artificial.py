@@ -1,6 +1,7 @@
 """Spikes of artificial afferents: units that markers and the microphone drive."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -52,9 +53,16 @@ def artificial_spikes(
     if model not in UNIT_MODELS:
         raise InputError(f"model: expected one of {', '.join(UNIT_MODELS)}, found '{model}'")
     chosen = _chosen(classes)
-    return joined(
+    return of_recordings(
         _trial(recording, model, seed, chosen, start_s, stop_s) for recording in recordings
     )
+
+
+def of_recordings(parts: Iterable[Spikes]) -> Spikes:
+    """Return one population; recordings of one texture and speed are its repetitions, from 0."""
+    spikes = joined(parts)
+    trial = spikes.trials.groupby(["texture", "speed_mm_s"], dropna=False)
+    return replace(spikes, trials=spikes.trials.assign(repetition=trial.cumcount()))
 
 
 def _chosen(classes: Sequence[str]) -> list[AfferentClass]:

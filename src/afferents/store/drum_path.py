@@ -136,9 +136,11 @@ def logged_path(folder: Path) -> DrumPath | None:
             f"{path}: expected times that rise, found some that go back; bring it back as it was, "
             "or remove it"
         )
-    if drum is None or head.origin_s is None or len(time_s) < 2:
+    if drum is None or head.origin_s is None:
         return None
     time_s, first = np.unique(time_s - head.origin_s, return_index=True)
+    if len(time_s) < 2:
+        return None
     return DrumPath(drum, time_s, position[first])
 
 

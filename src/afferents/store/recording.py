@@ -1,4 +1,4 @@
-"""`Recording` and `Session`: one drum at one speed, and the grid of them. All lazy."""
+"""`Recording`, `RecordingSet`, and what they hold: videos, audio, frames. All lazy."""
 
 import hashlib
 import re

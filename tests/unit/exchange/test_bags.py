@@ -57,6 +57,17 @@ def messages(bag, topic):
         ]
 
 
+def test_a_store_of_another_session_is_refused(rig, tmp_path, fails):
+    session, store, _ = rig
+    other = tmp_path / "other"
+    shutil.copytree(session, other)
+    sound = other / NAME / "audio.wav"
+    samples, rate_hz = soundfile.read(sound)
+    soundfile.write(sound, samples[::-1], rate_hz)
+    said = fails("export-mcap", other, tmp_path / "bags", "--store", store)
+    assert f"the files of '{NAME}' that the store was extracted from" in said
+
+
 def test_a_recording_comes_back_as_it_went(rig, tmp_path):
     session, store, bag = rig
     assert sorted(path.name for path in bag.iterdir()) == ["4_60.mcap", "metadata.yaml"]

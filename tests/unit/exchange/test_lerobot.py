@@ -165,7 +165,7 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(
     shutil.copy(small_session / "session.json", session)
     command = ("export-lerobot", stores["video"], out)
     said = fails(*command, "--session", session)
-    assert "the video of the recording '2/20' of the store, found none" in said
+    assert "the recording '2/20' of the store, found none" in said
     first, *others = open_responses(stores["video"])
     slow = first.assign_coords(time=first["time"] * 1.1)
     monkeypatch.setattr("afferents.exchange.lerobot.open_responses", lambda _: [slow, *others])

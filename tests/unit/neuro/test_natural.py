@@ -165,6 +165,14 @@ conditions = { force = [0.5, 1.0] }
     assert spikes.trials["duration_s"].tolist() == [2.0] * 4
     assert spikes.trials["speed_mm_s"].isna().all()
     np.testing.assert_allclose(spikes.train(0, 0), [0.5, 1.25])
+    # what the cut leaves empty was recorded, and is silent
+    cells[0, 0, 0] = np.array([[-2.0, 3.0]])
+    cells[0, 0, 1] = np.empty((0, 0))
+    write_mat(tmp_path / "spikes.mat", {"spikes": cells})
+    gaps = text.replace("cut =", 'empty = "gap"\ncut =')
+    spikes = read_natural(described(tmp_path, gaps))
+    assert spikes.trials["force"].tolist() == [0.5, 0.5, 1.0]
+    assert spikes.rates()[0, 0] == 0
 
 
 @pytest.mark.parametrize(

@@ -99,10 +99,7 @@ def test_names_are_escaped(summary, results):
 
 
 def test_command_repeats_the_evaluation(results, summary):
-    assert redo_command(results) == (
-        "afferents evaluate fabricslide:elsewhere/cloth --out OUT --models vib-te,vib-te-aug "
-        "--protocol both --cut all --preset quick --seed 0 --seeds 1"
-    )
+    assert redo_command(results) == "afferents evaluate --config OUT/config.json --out AGAIN"
 
 
 # In short.

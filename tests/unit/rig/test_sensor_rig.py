@@ -33,6 +33,14 @@ def test_markers_appear_where_the_sensor_file_has_them(name):
     assert near == pytest.approx(sensor.pitch_mm, rel=0.03)
 
 
+def test_the_rigs_own_pins_before_another_camera():
+    own = load_sensor("tip_b")
+    assert rig_of(own) == Rig()
+    other = own.model_copy(update={"width": 1280, "height": 960, "pitch_mm": 1.2})
+    camera = rig_of(other).camera
+    assert (camera.width, camera.height) == (1280, 960)
+
+
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_packaged_files_are_as_their_script_writes_them(name):
     written = runpy.run_path(str(ROOT / "scripts" / "packaged_sensors.py"))["sensor_file"](name)

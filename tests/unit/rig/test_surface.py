@@ -87,6 +87,8 @@ def test_an_image_is_a_height_map_with_bright_as_high_and_an_array_one_in_mm(tmp
         (lambda _: mapped_surface(np.zeros(5), 3.0), r"finite heights of shape"),
         (lambda _: mapped_surface(np.full((5, 5), np.nan), 3.0), r"finite heights of shape"),
         (lambda _: mapped_surface(np.zeros((5, 5)), 900.0), r"a length of 0 to 251 mm"),
+        (lambda _: mapped_surface(np.zeros((5, 5)), 300.0), r"a length of 0 to 251 mm"),
+        (lambda _: mapped_surface(np.zeros((2, 40000)), 3.0), r"32766 rows and columns at most"),
         (lambda tmp: read_height_map(tmp / "none.png", 3.0, 1.0), r"none.png: .* neither"),
         (lambda tmp: read_height_map(tmp / "none.npy", 3.0, 1.0), r"none.npy: .*No such file"),
     ],

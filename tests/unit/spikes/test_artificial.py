@@ -46,6 +46,13 @@ def test_a_tone_drives_the_units_whose_band_it_is_in_one_spike_a_cycle(model):
     assert np.abs(phases.mean()) > 0.8
 
 
+def test_recordings_of_one_texture_and_speed_are_its_repetitions():
+    again = recording()
+    other = recording().assign_attrs(texture="other")
+    trials = artificial_spikes([recording(), other, again]).trials
+    assert trials["repetition"].tolist() == [0, 0, 1]
+
+
 def test_lost_markers_and_quiet_sounds_are_silent():
     lost = recording(sa1=2.0)
     lost.sa1[:, 1] = np.nan

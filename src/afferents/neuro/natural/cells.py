@@ -57,8 +57,11 @@ def trains_in(content: Any, cells: Cells, where: Path, rates: Any = None) -> xr.
     trains = np.full(np.max([place for place, _ in found], axis=0) + 1, None, object)
     for place, leaf in found:
         trains[place] = _times(leaf, place, cells, where)
-    empty = [at for at, _ in found if trains[at] is not None and not len(trains[at])]
+    empty = [at for at, _ in found if _is_empty(trains[at])]  # before any spike is cut off
+    for place, _ in found:
+        trains[place] = _in_seconds(trains[place], cells)
     if cells.rates is not None:
+        empty = [at for at, _ in found if _is_empty(trains[at])]
         _leave_out_unrecorded(trains, rates, empty, cells, where)
     elif empty and cells.empty is None:
         raise InputError(
@@ -164,7 +167,7 @@ def _as_level(
 
 
 def _times(leaf: Any, place: Place, cells: Cells, where: Path) -> NDArray[np.float64] | None:
-    """Return the times of a trial, s; None for NaN alone, which stands for what is missing."""
+    """Return the times of a trial; None for NaN alone, which stands for what is missing."""
     array = np.asarray(leaf)
     while array.dtype.kind == "O" and array.size == 1:
         array = np.asarray(array.ravel()[0])
@@ -178,12 +181,21 @@ def _times(leaf: Any, place: Place, cells: Cells, where: Path) -> NDArray[np.flo
     known = times[~np.isnan(times)]
     if times.size and not known.size:
         return None
-    if cells.unsorted == "sort":
-        known = np.sort(known)
+    return np.sort(known) if cells.unsorted == "sort" else known
+
+
+def _is_empty(times: NDArray[np.float64] | None) -> bool:
+    return times is not None and not len(times)
+
+
+def _in_seconds(times: NDArray[np.float64] | None, cells: Cells) -> NDArray[np.float64] | None:
+    """Return the times that lie in the cut, s from its start."""
+    if times is None:
+        return None
     if cells.cut is not None:
         start, stop = cells.cut
-        known = known[(known >= start) & (known < stop)] - start
-    return known * SECONDS[cells.unit]
+        times = times[(times >= start) & (times < stop)] - start
+    return times * SECONDS[cells.unit]
 
 
 def _at(place: Place, axes: tuple[str, ...]) -> str:

@@ -16,11 +16,9 @@ from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_
 from afferents.outputs import require_free
 from afferents.plugins import import_extra
 from afferents.progress import Progress
-from afferents.recordings.check import check_files
-from afferents.recordings.session import read_session
+from afferents.recordings.session import read_session, recordings_of
 from afferents.spikes.artificial import artificial_spikes
 from afferents.store.integrity import ROOT
-from afferents.store.recording import Recording
 from afferents.store.responses import Responses
 from afferents.store.zarr_store import open_responses, store_config
 from afferents.version import __version__
@@ -104,9 +102,10 @@ def export_nwb(
     if markers and len(numbers) > 1:  # there is one series a marker
         found = " and ".join(map(str, sorted(numbers)))
         raise InputError(
-            f"{store}: expected as many markers in each recording, found {found}; add --no-markers"
+            f"{store}: expected as many markers in each recording, found {found}; add --no-markers "
+            "and --classes PC"
         )
-    of_session = {} if session is None else _session(Path(session), recordings)
+    of_session = {} if session is None else recordings_of(read_session(session), recordings)
     names = classes.replace(",", " ").split() if isinstance(classes, str) else classes
     laid = laid_out(recordings)
     with Progress(quiet) as progress:
@@ -195,22 +194,6 @@ def _described(
         name=CAMERA, description="Films the markers on the inside of the fingertip's skin."
     )
     return nwbfile
-
-
-def _session(folder: Path, recordings: Sequence[Responses]) -> dict[str, Recording]:
-    """Return the session's recordings by name, which must be those that the store is made of."""
-    session = read_session(folder)
-    found = {one.name: one for one in session.recordings}
-    for responses in recordings:
-        name, checksum = responses.attrs["name"], responses.attrs.get("checksum")
-        if name not in found:
-            raise InputError(f"{folder}: expected the recording '{name}' of the store, found none")
-        if checksum and checksum != check_files(found[name], session.declared):
-            expected = f"the files of '{name}' that the store was extracted from"
-            raise InputError(
-                f"{folder}: expected {expected}, found others; give that session, or none"
-            )
-    return found
 
 
 def _is_exported(path: Path) -> bool:

@@ -47,7 +47,7 @@ def download(
         while not _goes_to_the_end(file, part, note, session, moved):
             here = size_here(part)
             failures = failures + 1 if here <= before else 1
-            before = here
+            before = max(before, here)
             if failures >= TRIES:
                 raise InputError(
                     f"{file.url}: expected the whole file, found a connection that breaks after "
