@@ -301,8 +301,10 @@ class Encoding(BaseModel, ABC):
             first = error.errors()[0]
             name = str(first["loc"][0]) if first["loc"] else self.name
             wrong = own.get(name, first["input"])
+            reason = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+            wanted_is = "a positive number" if first["type"] == "greater_than" else reason
             raise InputError(
-                f"{flags.get(name, name)}: expected a positive number, found {wrong}"
+                f"{flags.get(name, name)}: expected {wanted_is}, found {wrong}"
             ) from error
 
 

@@ -12,6 +12,7 @@ from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_r
 from afferents.encodings.base import Floats, ImageEncoding, LastRun, Option
 from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
 from afferents.encodings.samples import Samples
+from afferents.errors import InputError
 
 
 class TactileImages(ImageEncoding):
@@ -27,6 +28,16 @@ class TactileImages(ImageEncoding):
         return LastRun(self, lookback)
 
 
+def _lengths(runs: Floats) -> Floats:
+    """Return runs (n, frame, row, column) of a response that is one number a marker."""
+    if runs.shape[2] != 1:
+        raise InputError(
+            "the encoding: expected a response of one number a marker, such as sa1 or ra1, found "
+            f"{runs.shape[2]} components; take the encoding markers or wavenumbers"
+        )
+    return runs[:, :, 0]
+
+
 class SpatialEncoding(TactileImages):
     """Every frame is a sample, a tactile image (row, column); it has no options."""
 
@@ -34,7 +45,7 @@ class SpatialEncoding(TactileImages):
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
-        return runs[:, 0, 0]
+        return _lengths(runs)[:, 0]
 
     def stretched(
         self,
@@ -76,7 +87,7 @@ class SpatiotemporalEncoding(TactileImages):
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
-        return runs[:, :, 0]
+        return _lengths(runs)
 
     def stretched(
         self,

@@ -86,7 +86,7 @@ class SpikeTimingEncoding(VibrationEncoding):
         rate_hz = float(response.attrs[dims.SAMPLE_RATE])
         counts = response.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept]
         self.require(len(counts), rate_hz, response.attrs.get("name", "a recording"))
-        length, stride = round(self.window_s * rate_hz), round(self.stride_s * rate_hz)
+        length, stride = round(self.window_s * rate_hz), max(1, round(self.stride_s * rate_hz))
         starts = window_starts(len(counts), length, stride, None)
         values = np.stack(
             [interval_histograms(counts[i : i + length], rate_hz) for i in starts]

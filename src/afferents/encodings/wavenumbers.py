@@ -1,4 +1,4 @@
-"""What pins can't show of a texture's waves."""
+"""Waves in the markers' pattern: their strengths by wavelength and direction."""
 
 from collections import deque
 from collections.abc import Iterable

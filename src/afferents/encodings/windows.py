@@ -93,7 +93,8 @@ class WindowEncoding(VibrationEncoding):
         if window_s is None:
             return {"highest_hz": highest} if highest != default.highest_hz else {}
         chosen = {"highest_hz": highest, "window_s": window_s, "stride_s": window_s / 2}
-        if signal.shortest_s < 2 * window_s and highest < default.highest_hz:
+        is_slow = signal.shortest_s < 2 * window_s and highest < default.highest_hz
+        if is_slow and "stride_s" not in given:
             chosen["windows"] = _FEW_WINDOWS
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
@@ -190,7 +191,7 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     if down > 1:
         import scipy.signal  # which takes longer to import than all the rest
 
-        signal = np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0))
+        signal = np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0, padtype="mean"))
     rate_kept, length = rate / down, len(signal)
     if encoding.window_s is not None:
         length = min(length, round(encoding.window_s * rate_kept))

@@ -38,7 +38,21 @@ def sources_of(model: Model, encodings: Encodings) -> tuple[Source, ...]:
 
 def has(responses: Responses, source: Source) -> bool:
     """Tell whether a recording has what samples are made of."""
-    return source.channel.made_of in responses and source.encoding.suits(responses)
+    made_of, encoding = source.channel.made_of, source.encoding
+    if made_of not in responses:
+        return False
+    return is_pair(source, responses) and encoding.suits(responses)
+
+
+def is_pair(source: Source, responses: Responses) -> bool:
+    """Tell whether an encoding is one for such a response: sound, markers, or the skin as a whole.
+
+    That the recording has it is taken for granted.
+    """
+    is_sound = dims.AUDIO_TIME in responses[source.channel.made_of].dims
+    if source.encoding.of_vibration or is_sound:
+        return bool(source.encoding.of_vibration and is_sound)
+    return not (source.channel.parts and getattr(source.encoding, "of_pixels", False))
 
 
 def lacking(model: Model, recordings: Sequence[Responses]) -> Responses | None:

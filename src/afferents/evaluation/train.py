@@ -280,7 +280,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
     encoding = training.encodings.of(training.model.encoding)
     return (
         fingerprints == [data.origin.fingerprint for data in training.data]
-        and "ablation" not in config
+        and not {"ablation", "control", "penalty", "statistics"} & config.keys()
         and config["cut"] == training.options.cut
         and config.get("disturb_training", {}) == training.options.disturb_training.describe()
         and config.get("steady_s") == (training.options.steady and list(training.options.steady))

@@ -107,7 +107,10 @@ def measure_offset(
     heard = _with_integrals(resample(np.asarray(sound, np.float64), n))
     delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)
     basis, _ = np.linalg.qr(motion)
-    explained = np.array([_explained(basis, heard, time + delay) for delay in delays])
+    at: Floats = np.arange(n) * (
+        len(sound) / sample_rate_hz / n
+    )  # a whole number of steps rarely fits
+    explained = np.array([_explained(basis, heard, at, time + delay) for delay in delays])
     best = int(explained[1:-1].argmax()) + 1
     if explained[best] < LEAST_EXPLAINED or best in (1, len(delays) - 2):
         raise InputError(
@@ -165,9 +168,8 @@ def _filtered(signal: Floats) -> Floats:
     return np.asarray(sosfiltfilt(band, signal, axis=0))
 
 
-def _explained(basis: Floats, heard: Floats, time: Floats) -> float:
-    """Return the greatest share that lies in the basis, (n, k), of a sum of the sounds, (m, 3)."""
-    at = np.arange(len(heard)) / RATE_HZ
+def _explained(basis: Floats, heard: Floats, at: Floats, time: Floats) -> float:
+    """Return the greatest share in the basis, (n, k), of a sum of sounds, (m, 3), heard `at`."""
     there, _ = np.linalg.qr(np.stack([np.interp(time, at, one) for one in heard.T], axis=1))
     return float(np.linalg.svd(basis.T @ there, compute_uv=False)[0] ** 2)
 

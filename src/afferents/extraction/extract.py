@@ -1,4 +1,4 @@
-"""What is wrong with a recording whose files decode well: found as it is extracted or inspected."""
+"""From a session to a store of responses, a recording after the other."""
 
 import socket
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -352,4 +352,5 @@ def _checked(
     if isinstance(dropout, tuple) and len(dropout) != n:
         expected = f"one share, or {n}, of the dropout layers of {network}"
         raise InputError(f"{where}: expected {expected}, found {len(dropout)}")
-    return {name: config.model_dump(mode="json")[name] for name in fields}
+    said = config.model_dump(mode="json")  # without what is as usual
+    return {name: said.get(name, getattr(config, name)) for name in fields}

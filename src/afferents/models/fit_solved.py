@@ -1,6 +1,7 @@
-"""What textures samples of groups not learnt from are taken for: a discriminant, solved from sums.
+"""Fitting solved models on a fold, and fusions of their decisions.
 
-Quick, for every group's sums are made once. Nothing is chosen on the data that are asked.
+Beside that, what a discriminant takes samples of groups not learnt from for. It is quick, since
+every group's sums are made once; nothing is chosen on the data that are asked.
 """
 
 from collections.abc import Sequence
@@ -130,7 +131,7 @@ def fit_solved(task: Fitting) -> Fitted:
     unseen groups is had by leaving out each of the training groups in turn. Under `published` it is
     half of the group held out, and is not touched.
     """
-    model, parts = task.model, task.parts
+    model, parts = task.model, [part.seen() for part in task.parts]
     learnt_from = [_learnt_from(part.fold, task.protocol) for part in parts]
     kind = classifier_of(model.classifier)
     if kind is LateFusion:
@@ -175,16 +176,12 @@ def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int, searched:
     penalties = classifier.penalties
     if searched and len(penalties) == 1:
         penalties = classifier.searched or penalties
-    tried = [_unseen(classifier, part, labels, learnt_from, seed, one) for one in penalties]
-    losses = [cross_entropy(logs, labels[learnt_from]) for _, logs in tried]
-    best = int(np.argmin(losses))
-    temperature, unseen = tried[best]
-    split = part.fold.split
-    learn(classifier, samples, labels, learnt_from, seed, penalties[best], split)
+    penalty, temperature, unseen = pick_penalty(classifier, part, learnt_from, seed, penalties)
+    learn(classifier, samples, labels, learnt_from, seed, penalty, part.fold.split)
     classifier.temperature = torch.tensor(temperature)
     tested = _at_temperature(scores_of(classifier, samples, part.fold.test), temperature)
     accuracy = _accuracy(unseen, labels[learnt_from])
-    return Learnt(classifier, learnt_from, unseen, tested, accuracy, penalties[best])
+    return Learnt(classifier, learnt_from, unseen, tested, accuracy, penalty)
 
 
 def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
@@ -193,6 +190,18 @@ def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
     assert isinstance(classifier, Solved)
     classifier.told_speed = model.speed_from == "robot"
     return classifier
+
+
+def pick_penalty(
+    classifier: Solved, part: Part, learnt_from: Indices, seed: int, penalties: Sequence[float]
+) -> tuple[float, float, Floats]:
+    """Return the penalty under which groups left out in turn are foretold best.
+
+    Beside it the temperature, and log-probabilities of the samples learnt without their own group.
+    """
+    labels = labels_of(part.samples)
+    tried = [(one, *_unseen(classifier, part, labels, learnt_from, seed, one)) for one in penalties]
+    return min(tried, key=lambda one: cross_entropy(one[2], labels[learnt_from]))
 
 
 def _unseen(

@@ -31,6 +31,11 @@ class Part(NamedTuple):
     fold: Fold
     encoding: Any
 
+    def seen(self) -> "Part":
+        """Return it with what a model sees of the samples: of spectra fewer bins than are kept."""
+        n = self.encoding.seen(self.samples.values[:1]).shape[-1]
+        return self._replace(samples=self.samples[..., :n])
+
 
 @dataclass(frozen=True)
 class Fitting:

@@ -1,6 +1,6 @@
-"""A shorter road for the CNN-LSTM: images first, time after.
+"""Fitting a model on a fold, whatever its classifier is.
 
-The image stack learns from single frames, as the spatial network, and is then kept; what it makes
+There is a shorter road for the CNN-LSTM: images first, time after. The image stack learns from single frames, as the spatial network, and is then kept; what it makes
 of every frame is worked out once, and the LSTMs and dense layers learn from that. A frame costs a
 tenth of a run, and the second stage next to nothing. Not the published recipe.
 """
@@ -23,7 +23,7 @@ from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, build, classifier_of
 from afferents.models.config import TrainingConfig
-from afferents.models.fit_solved import fit_solved, learn, new_solved, scores_of
+from afferents.models.fit_solved import fit_solved, learn, new_solved, pick_penalty, scores_of
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solved_facts
 from afferents.models.hardware import autocast, choose_device, computed_with
 from afferents.models.learning_set import (
@@ -225,7 +225,7 @@ def fit_estimator(task: Fitting) -> Fitted:
 
     Nothing is picked by the validation samples: what it says of them is for the record alone.
     """
-    samples, fold, encoding = task.parts[0]
+    samples, fold, encoding = task.parts[0].seen()
     task.check(0, fold.train)
     labels, estimator = labels_of(samples), new_solved(task.model, samples, encoding)
     learn(estimator, samples, labels, fold.train, task.seed, 0.0, fold.split)
@@ -269,6 +269,11 @@ def fit(task: Fitting) -> Fitted:
         If the training fails; of a classifier of a user's own, whatever it raises.
     """
     kind = classifier_of(task.model.classifier)
+    if task.model.stretched and not issubclass(kind, Network):
+        raise InputError(
+            f"model '{task.model.name}': expected a network, which alone learns from stretched "
+            f"copies, found {kind.name}; leave out stretched"
+        )
     if issubclass(kind, MeanFusion):
         return _fit_each(task)
     if issubclass(kind, Network):
@@ -322,8 +327,11 @@ def fit_once(
         network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
         fit_network(network, learnt, config, seed)
         return network, learnt
+    part = part.seen()
     solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
-    fold, penalty = part.fold, solved.penalties[0]
+    fold, (penalty, *others) = part.fold, solved.penalties
+    if others and len(np.unique(fold.split.of(part.samples)[fold.train])) > 1:
+        penalty, *_ = pick_penalty(solved, part, fold.train, seed, solved.penalties)
     learn(solved, part.samples, labels, fold.train, seed, penalty, fold.split)
     values = torch.from_numpy(part.samples.values)
     numbers = torch.from_numpy(labels)
@@ -336,7 +344,8 @@ def _fit_network(task: Fitting, part: Part) -> Fitted:
     rng = np.random.default_rng([seed, task.rank])
     stretched, protocol = model.stretched, task.protocol
     learnt = learning_set(part.samples, part.encoding, stretched, protocol, fold, config, rng)
-    task.check(0, learnt.scaled_on)
+    if len(task.parts) == 1:  # parts in a row are scaled already, each by what it learnt from
+        task.check(0, learnt.scaled_on)
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
     trained = fit_network(network, learnt, config, seed, task.checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped

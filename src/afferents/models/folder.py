@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.encodings.samples import Samples
+from afferents.encodings.settings import encoding_of
 from afferents.errors import AfferentsError, InputError, raised, reason_of
 from afferents.files import holds_only, write_aside
 from afferents.models.base import Classifier, Task, build_for
@@ -26,8 +27,8 @@ from afferents.plugins import imported, reference_of
 
 # A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 #
-# A sample is unknown if its novelty (`models/novelty.py`), measured on a network's last features or
-# on a ridge's scores, is above 1.
+# A sample is unknown if its novelty (`models/calibrate.py`), measured on a network's last features
+# or on a ridge's scores, is above 1.
 
 
 class Deployed(nn.Module):
@@ -360,13 +361,14 @@ class Recogniser:
         InputError
             If a sample has another form than those that the model learnt from.
         """
-        if samples.shape[1:] != self.card.shape:
+        seen = encoding_of(self.card.encoding, "the card").seen(samples.values)
+        if seen.shape[1:] != self.card.shape:
             raise InputError(
                 f"samples: expected (sample, ...) of the form {self.card.shape}, as the model "
                 f"learnt from, found {samples.shape[1:]}; encode {self.card.channel} as the "
                 "card's 'encoding' says"
             )
-        values = torch.as_tensor(samples.values, dtype=torch.float32)
+        values = torch.as_tensor(seen, dtype=torch.float32)
         outcomes = [self.deployed(batch) for batch in torch.split(values, _BATCH)]
         probability, novelty = (torch.cat(parts).numpy() for parts in zip(*outcomes, strict=True))
         of_samples = {

@@ -24,7 +24,7 @@ _LARGEST_RATIO = 1000
 
 
 class Input(NamedTuple):
-    """A response to units, laid out on the steps of the simulation; see `base.Drive`.
+    """A response to units, laid out on the steps of the simulation; see `units.Drive`.
 
     Attributes
     ----------
@@ -103,7 +103,8 @@ def in_bands(
     """Return what each band holds of a signal, `(step, band)`, for `n` steps from its start."""
     # one rate for all recordings, so that a step of the simulation is a sample
     shared = steps_per_sample(rate_hz)
-    slow = resample_poly(signal.astype(np.float64), shared.numerator, shared.denominator)
+    loud = signal.astype(np.float64) - signal.mean(dtype=np.float64)  # else it begins with a step
+    slow = resample_poly(loud, shared.numerator, shared.denominator)
     slow = np.pad(slow[:n], (0, max(n - len(slow), 0)))
     bands = np.zeros((n, len(bands_hz)), np.float32)
     for unit, (limits, is_held) in enumerate(zip(bands_hz, held(bands_hz, rate_hz), strict=True)):
