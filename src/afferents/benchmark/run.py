@@ -89,7 +89,8 @@ def run(
     import_extra("train", "benchmark", "torch", "sklearn")
     from afferents.evaluation.run import evaluate
 
-    words = task if isinstance(task, str) else task.name
+    words = [task if isinstance(task, str) else task.name]
+    again = [*words, *(() if data is None else ("--data", str(data)))]
     task = find_task(task) if isinstance(task, str) else task
     asked = _with_baselines(models)
     own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
@@ -102,19 +103,25 @@ def run(
         question = task.asked_of(plain.recordings, plain.recipe.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
         results = {}
-        for control in ("none", *CONTROLS):
+        whole = plain.recipe.split.whole  # else labels can't be exchanged
+        for control in ("none", *(one for one in CONTROLS if whole or one != "permuted")):
             progress.note(f"Control: {CONTROLS[control]}." if control in CONTROLS else task.title)
             chosen = options.model_copy(update={"control": control})
             recipe = replace(plain.recipe, out=folder / control, options=chosen)
             evaluate(replace(plain, recipe=recipe), progress, quick_controls=False)
             results[control] = load_results(folder / control)
-    found = [
-        _entry(task, question, model, own.get(model.name, ""), words, results)
-        for model in models_in(asked)
-        if model.name in results["none"].found.models
-    ]
-    for entry in found:
+    found, refused = [], []
+    for model in plain.recipe.models:
+        if model.name not in results["none"].found.models:
+            continue
+        entry = _entry(task, question, model, own.get(model.name, ""), again, results)
+        if reason := _knew_labels(entry):
+            refused.append(reason)
+            continue
         entry.write(Path(out) / ENTRIES, question.mark)
+        found.append(entry)
+    if refused:
+        raise LeakageError("\n".join(refused))
     return found
 
 
@@ -138,7 +145,12 @@ def _make(task: Task, store: Path, progress: Progress) -> None:
 
 
 def _entry(
-    task: Task, question: Asked, model: Model, where: str, words: str, results: dict[str, Results]
+    task: Task,
+    question: Asked,
+    model: Model,
+    where: str,
+    words: Sequence[str],
+    results: dict[str, Results],
 ) -> Entry:
     """Return what came out for a model.
 
@@ -147,7 +159,7 @@ def _entry(
     where
         ``FILE.py:NAME`` of a model of somebody's own; empty of the package's.
     words
-        The task as it was asked for.
+        The task and where its data are, as they were asked for.
     """
     found = results["none"]
     outcome = found.found.models[model.name]["nested"]
@@ -163,7 +175,7 @@ def _entry(
         for control, one in results.items()
         if control != "none"
     }
-    entry = Entry(
+    return Entry(
         task=question.name,
         task_title=task.title,
         folds=question.folds,
@@ -202,10 +214,8 @@ def _entry(
         },
         machine=processor(),
         date=f"{date.today()}",
-        command=_command(words, where or model.name, found.found.preset),
+        command=_command(words, where or model.name, found.found.preset, outcome.seeds),
     )
-    _refuse_known_labels(entry)
-    return entry
 
 
 def _encodings(model: Model, config: dict[str, Any]) -> dict[str, Any]:
@@ -214,15 +224,17 @@ def _encodings(model: Model, config: dict[str, Any]) -> dict[str, Any]:
     return {name: config[name] for name in names if isinstance(name, str) and name in config}
 
 
-def _refuse_known_labels(entry: Entry) -> None:
-    """Refuse a model that keeps most of its accuracy where labels are exchanged: it knew them."""
-    above, known = entry.mean - entry.chance, entry.controls["permuted"] - entry.chance
-    if above > 0 and known > above / 2 and known > 0.1:
-        raise LeakageError(
-            f"{entry.model}: expected accuracy near chance ({entry.chance:.2f}) once textures are "
-            f"exchanged among recordings, found {entry.controls['permuted']:.2f}: it has learnt "
-            "from the labels that are tested"
-        )
+def _knew_labels(entry: Entry) -> str:
+    """Return why a model is refused: it stays accurate where labels are exchanged. Or nothing."""
+    permuted = entry.controls.get("permuted", entry.chance)
+    above, known = entry.mean - entry.chance, permuted - entry.chance
+    if above <= 0 or known <= above / 2 or known <= 0.1:
+        return ""
+    return (
+        f"{entry.model}: expected accuracy near chance ({entry.chance:.2f}) once textures are "
+        f"exchanged among recordings, found {permuted:.2f}: it has learnt from the labels that "
+        "are tested"
+    )
 
 
 def _of_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
@@ -249,7 +261,8 @@ def _own(where: str) -> Own | None:
     return Own(where=where, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
 
 
-def _command(task: str, model: str, preset: str) -> str:
+def _command(task: Sequence[str], model: str, preset: str, seeds: Sequence[int]) -> str:
     short = {where: name for name, where in BASELINES.items()}
-    words = ("afferents", "benchmark", "run", task, "--models", short.get(model, model))
-    return shlex.join((*words, "--preset", preset))
+    words = ["afferents", "benchmark", "run", *task, "--models", short.get(model, model)]
+    several = ["--seeds", f"{len(seeds)}"] if len(seeds) > 1 else []
+    return shlex.join([*words, "--preset", preset, *several])

@@ -144,7 +144,12 @@ class Task(BaseModel):
         held out), a tab, and its name. Where some are tested and never learnt from, these alone.
         """
         tested = self.chosen.ablation.tested(recordings)
-        groups = self.chosen.by.by_recording(recordings)
+        whole = self.chosen.by.whole  # else each recording is tested in part, in every group
+        groups = (
+            self.chosen.by.by_recording(recordings)
+            if whole
+            else {str(one.attrs["name"]): "" for one in recordings}
+        )
         lines = sorted(
             f"{key_of(group)}\t{name}\n"
             for name, group in groups.items()
@@ -231,7 +236,7 @@ def seal(path: Path, data: Path | None = None) -> Asked:
 
 def with_seal(text: str, folds: str, fingerprint: str) -> str:
     """Return a task's file with the checksums before its first table, in place of earlier ones."""
-    text = re.sub(r"^(folds|fingerprint) = .*\n", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^(folds|fingerprint)\s*=.*\n", "", text, flags=re.MULTILINE)
     first = re.search(r"^\n*\[", text, flags=re.MULTILINE)
     head, tail = (text[: first.start()], text[first.start() :]) if first else (text, "")
     lines = [f'{key} = "{value}"\n' for key, value in

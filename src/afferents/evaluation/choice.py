@@ -26,7 +26,7 @@ from afferents.models.fitting import learns_in_a_loop, recipe_of
 from afferents.models.model import MODELS, Model
 from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
-from afferents.store.trimming import cut_audio
+from afferents.store.trimming import cut_audio, with_steady
 
 NO_CORRUPTIONS, NO_HYPERPARAMETERS = Corruptions(), Hyperparameters()
 
@@ -113,7 +113,12 @@ def _parts(model: Model) -> list[Model]:
 _FULL_SCALE = "full scale"
 
 
-def encodings_for(data: Sequence[OpenedData], cut: Cut, wanted: Mapping[str, Any]) -> Encodings:
+def encodings_for(
+    data: Sequence[OpenedData],
+    cut: Cut,
+    wanted: Mapping[str, Any],
+    steady: tuple[float, float] | None = None,
+) -> Encodings:
     """Return how samples are made of data, with what a user wants.
 
     Options that nobody gives are chosen where the data set leaves that to us.
@@ -124,7 +129,8 @@ def encodings_for(data: Sequence[OpenedData], cut: Cut, wanted: Mapping[str, Any
         If an encoding can't have an option.
     """
     first = data[0].origin
-    known = known_of(recordings_in(data), cut) if first.data_set.chooses_encodings else None
+    used = with_steady(recordings_in(data), steady)
+    known = known_of(used, cut) if first.data_set.chooses_encodings else None
     suited = Encodings.suiting(first.data_set.encodings, first.source, known, wanted)
     return suited.changed(**wanted)
 

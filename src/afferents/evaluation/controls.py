@@ -19,6 +19,9 @@ from afferents.models.fit_solved import named_when_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 
+_OTHER_QUESTIONS = {"test_only", "train_speeds", "held_out", "disturb", "disturb_training"}
+"""Options under which models are asked something else than these controls are."""
+
 
 def ask_controls(
     recipe: Recipe, recordings: Sequence[Responses], progress: Progress
@@ -36,6 +39,8 @@ def ask_controls(
     recordings
         As they are, with the part of them that is used.
     """
+    if recipe.options.given().keys() & _OTHER_QUESTIONS:
+        return {}
     source = Source(CHANNELS[dims.RA2], recipe.encodings.of("orders"))
     groups = np.array(recipe.split.groups_of(recordings))
     alone = any(recipe.split.sharing(groups, group).all() for group in groups.tolist())

@@ -246,7 +246,9 @@ def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
     kept = []
     for responses in data.responses:
         declared = conditions(responses)
-        if not any(text_of(declared.get(name)) == value for name, value in without.items()):
+        if not any(
+            name in declared and text_of(declared[name]) == value for name, value in without.items()
+        ):
             kept.append(responses)
     if not kept:
         raise InputError("--without: expected to leave some recordings, found none left")

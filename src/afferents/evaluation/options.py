@@ -36,7 +36,7 @@ from afferents.choices import (
 from afferents.errors import InputError
 from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.corruption import Corruption
-from afferents.folds.held_out import SPEED, Group, Split, split_named
+from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import Model, names_in
@@ -61,14 +61,14 @@ def _speeds(given: str | Iterable[float]) -> tuple[float, ...]:
 
 def _conditions(given: Mapping[str, str] | Iterable[str]) -> dict[str, str]:
     if isinstance(given, Mapping):
-        return {str(name): str(value) for name, value in given.items()}
+        return {str(name): text_of(value) for name, value in given.items()}
     return conditions_in([given] if isinstance(given, str) else given, "--without")
 
 
 def _condition(given: str | Mapping[str, str] | Sequence[str]) -> tuple[str, str]:
     pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
     ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
-    return str(name), str(value)
+    return str(name), text_of(value)
 
 
 def _corruption(option: str) -> Callable[[Any], Corruption]:

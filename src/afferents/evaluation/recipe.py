@@ -4,6 +4,7 @@ Each length of a model is a model of its own, named by its length (`sa-ste-20`),
 tables and figures hold it like any other.
 """
 
+import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,7 +21,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.evaluation.summary import data_quality
-from afferents.files import write_json
+from afferents.files import checksum, write_json
 from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
@@ -119,10 +120,19 @@ def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
         "channel": channel_of(model.channel).name,
         "encoding": encoding.describe(),
         "classifier": where if callable(classifier) else repr(classifier),
+        "source": _source_of(classifier if callable(classifier) else type(classifier)),
         "recipe": model.recipe,
         "stretched": model.stretched,
         **({"variant_of": model.variant_of} if model.variant_of else {}),
     }
+
+
+def _source_of(maker: Any) -> str:
+    """Return what tells the file in which a classifier is written from another; empty of none."""
+    try:
+        return checksum(Path(inspect.getsourcefile(maker) or ""))
+    except (TypeError, OSError):
+        return ""
 
 
 def own_kept(results: Path) -> dict[str, Any]:

@@ -164,6 +164,11 @@ def _rows(
     errors: Sequence[NDArray[np.float64]],
 ) -> pd.DataFrame:
     """Return a row a sample; half the width of its interval is that which held the errors."""
+    if not errors or not any(map(len, errors)):
+        raise InputError(
+            "the data: expected textures that are learnt from at several speeds, found none where "
+            "one is held out; record more textures at each speed"
+        )
     half = float(np.quantile(np.concatenate(errors), COVERAGE))
     index = np.concatenate([sums.where[c] for c in predicted])
     return pd.DataFrame(

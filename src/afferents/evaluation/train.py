@@ -27,6 +27,7 @@ from afferents.evaluation.encode import (
     Source,
     best_of,
     encode_all,
+    has,
     require_speeds_known,
     require_support,
     require_used,
@@ -206,7 +207,8 @@ def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
         expected = f"at least 2 {split.many}, one of them to validate with"
         raise InputError(f"the data: expected {expected}, found {len(groups)}")
     middle = groups[len(groups) // 2]
-    learnt, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
+    learnt = np.flatnonzero(~split.sharing(group, middle))
+    validation = np.flatnonzero(group == middle)
     texture = samples[dims.TEXTURE].values
     only_there = sorted(set(texture[validation]) - set(texture[learnt]))
     if only_there:
@@ -377,7 +379,7 @@ def train(
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
         (one,) = asked or [best_of(recordings_in(opened))]
-        encodings = encodings_for(opened, chosen.cut, chosen.encoding)
+        encodings = encodings_for(opened, chosen.cut, chosen.encoding, chosen.steady)
         say_choice(opened, [one], encodings, progress)
         place = None if results is None else Path(results)
         training = Training(opened, one, encodings, chosen, seed, place)
@@ -464,11 +466,16 @@ def samples(
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
-        encodings = opened[0].encodings.changed(**options)
+        encodings = encodings_for(opened, cut, options, steady_s)
         (source,) = sources_of(asked, encodings)
         require_used([asked], encodings)
         recordings = with_steady(recordings_in(opened), steady_s)
         for responses in recordings:
+            if not has(responses, source):
+                raise InputError(
+                    f"{responses.attrs['name']}: expected {source.channel.made_of} that the "
+                    f"encoding '{source.encoding.name}' can be made of, found none"
+                )
             require_within(responses, source.channel.made_of, steady_s)
         require_speeds_known([asked], encodings, recordings)
         found = what.labelled(encode_all(recordings, source, cut, progress), recordings)

@@ -19,6 +19,7 @@ from torch import Tensor
 from afferents import dims
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, labels_of, textures_of
+from afferents.errors import InputError
 from afferents.evaluation.intervals import TEXTURE, Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_group, inside_speeds, outside_speeds
 from afferents.evaluation.schemas import (
@@ -294,6 +295,11 @@ def _fold(
         scores = scores_without(texture, (held_out, other))
         distances.append(_distances(scores, labels, learnt, unseen))
         of_recordings.append(_means(distances[-1], recording[unseen]))
+    if not any(map(len, distances)):
+        raise InputError(
+            f"the data: expected textures that are learnt from at several speeds beside {texture} "
+            f"and {held_out:g} mm/s, found none; record more textures at each speed"
+        )
     limit = float(np.quantile(np.concatenate(distances), KNOWN))
     asked = np.flatnonzero(
         (speed == held_out) & ((labels == texture) | np.isin(labels, labels[known]))

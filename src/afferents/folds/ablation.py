@@ -95,7 +95,9 @@ class Ablation:
             return frozenset()
         name, value = self.test_only
         declared = [(str(r.attrs["name"]), conditions(r)) for r in recordings]
-        tested = frozenset(of for of, its in declared if text_of(its.get(name)) == value)
+        tested = frozenset(
+            of for of, its in declared if name in its and text_of(its[name]) == value
+        )
         if not 0 < len(tested) < len(declared):
             there = sorted({f"{k}={text_of(v)}" for _, its in declared for k, v in its.items()})
             raise InputError(
@@ -138,8 +140,10 @@ class Ablation:
         """
         if tested:
             fold = _apart(fold, np.isin(samples[dims.RECORDING].values, list(tested)))
-        if self.train_speeds is None:
-            return fold
+        return fold if self.train_speeds is None else self._fewer_speeds(fold, samples)
+
+    def _fewer_speeds(self, fold: Fold, samples: Samples) -> Fold:
+        assert self.train_speeds is not None
         speeds = samples[dims.SPEED].values[fold.train]
         if np.isnan(speeds).any():
             expected = "the speed of every recording"
@@ -153,7 +157,13 @@ class Ablation:
                 f"{self.train_speeds}"
             )
         places = np.linspace(0, len(there) - 1, self.train_speeds).round().astype(int)
-        return replace(fold, train=fold.train[np.isin(speeds, there[places])])
+        train = fold.train[np.isin(speeds, there[places])]
+        if fold.split == SPEED:  # its validation group is one speed more
+            return replace(fold, train=train)
+        validation = fold.validation[
+            np.isin(samples[dims.SPEED].values[fold.validation], there[places])
+        ]
+        return replace(fold, train=train, validation=validation)
 
 
 def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:

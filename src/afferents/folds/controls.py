@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
+from afferents.errors import InputError
 from afferents.folds.corruption import of_no_digest, with_markers
-from afferents.folds.held_out import ByAngle, Group, Split
-from afferents.store.responses import Responses, read_whole, steady_s
+from afferents.folds.held_out import Split, order
+from afferents.store.responses import Responses, read_whole, steady_s, textures_of
 
 CONTROLS: dict[str, str] = {
     "permuted": "labels permuted: recordings of one group exchange their textures",
@@ -37,6 +38,11 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
         One of `CONTROLS`; ``none`` for the recordings as they are.
     split
         What is held out: textures are exchanged within its groups.
+
+    Raises
+    ------
+    InputError
+        If labels can't be exchanged, since groups share recordings.
     """
     if control == "none":
         return list(recordings)
@@ -52,19 +58,23 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
 
 
 def _permuted(recordings: Sequence[Responses], split: Split) -> list[Responses]:
-    groups: Mapping[str, Group] = (
-        {} if isinstance(split, ByAngle) else split.by_recording(recordings)
-    )
-    members: dict[Group, list[int]] = {}
-    for number, responses in enumerate(recordings):
-        members.setdefault(groups.get(str(responses.attrs["name"]), ""), []).append(number)
-    found = list(recordings)
-    for group, its in members.items():
-        order = np.random.default_rng(zlib.crc32(str(group).encode())).permutation(its)
-        for number, other in zip(its, order, strict=True):
-            texture = recordings[other].attrs[dims.TEXTURE]
-            found[number] = recordings[number].assign_attrs({dims.TEXTURE: texture})
-    return found
+    """Name textures otherwise in each group: by the next in the list, the next but one, ...
+
+    So what is learnt of a texture in one group is false in another, however few textures there are.
+    """
+    if not split.whole:
+        raise InputError(
+            "--control permuted: expected whole recordings to be held out, found --split "
+            f"{split.name}, where both sides of a recording would have one false texture"
+        )
+    groups, textures = split.by_recording(recordings), textures_of(recordings)
+    rank = {group: n for n, group in enumerate(sorted(set(groups.values()), key=order))}
+
+    def named(responses: Responses) -> str:
+        place = textures.index(str(responses.attrs[dims.TEXTURE]))
+        return textures[(place + rank[groups[str(responses.attrs["name"])]]) % len(textures)]
+
+    return [one.assign_attrs({dims.TEXTURE: named(one)}) for one in recordings]
 
 
 class _Series:

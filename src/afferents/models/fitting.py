@@ -1,8 +1,9 @@
 """Fitting a model on a fold, whatever its classifier is.
 
-There is a shorter road for the CNN-LSTM: images first, time after. The image stack learns from single frames, as the spatial network, and is then kept; what it makes
-of every frame is worked out once, and the LSTMs and dense layers learn from that. A frame costs a
-tenth of a run, and the second stage next to nothing. Not the published recipe.
+There is a shorter road for the CNN-LSTM: images first, time after. The image stack learns from
+single frames, as the spatial network, and is then kept; what it makes of every frame is worked out
+once, and the LSTMs and dense layers learn from that. A frame costs a tenth of a run, and the second
+stage next to nothing. Not the published recipe.
 """
 
 import time
@@ -17,9 +18,10 @@ from numpy.typing import NDArray
 from scipy.special import log_softmax
 from torch import Tensor, nn
 
+from afferents import dims
 from afferents.encodings.samples import labels_of
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.folds.protocol import PROTOCOLS, Indices
+from afferents.folds.protocol import PROTOCOLS, Indices, Protocol
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, build, classifier_of
 from afferents.models.config import TrainingConfig
@@ -274,6 +276,8 @@ def fit(task: Fitting) -> Fitted:
             f"model '{task.model.name}': expected a network, which alone learns from stretched "
             f"copies, found {kind.name}; leave out stretched"
         )
+    for part in task.parts:
+        _require_learnt(part, task.protocol, kind)
     if issubclass(kind, MeanFusion):
         return _fit_each(task)
     if issubclass(kind, Network):
@@ -288,6 +292,22 @@ def fit(task: Fitting) -> Fitted:
                 raise
             raise AfferentsError(f"the classifier {kind.name}: {raised(error)}") from error
     raise InputError(f"classifier: expected a Network or a Solved one, found {kind.__name__}")
+
+
+def _require_learnt(part: Part, protocol: Protocol, kind: type[Classifier]) -> None:
+    """Refuse to test a texture that can't have been learnt: it would only count as wrong."""
+    fold, texture = part.fold, part.samples[dims.TEXTURE].values
+    solved = issubclass(kind, Solved | LateFusion) and not issubclass(kind, OwnEstimator)
+    learnt = {*texture[fold.train].tolist()}
+    if solved and protocol.solved_models_learn_from_validation:
+        learnt |= {*texture[fold.validation].tolist()}
+    if never := sorted({*texture[fold.test].tolist()} - learnt):
+        raise InputError(
+            f"the data: expected every texture that is tested to be learnt from, found none of "
+            f"{never[0]} with {fold.split.printed(fold.held_out)} held out and "
+            f"{fold.split.printed(fold.validated_by)} to validate with; record it again, or leave "
+            "it out with --textures"
+        )
 
 
 def _fit_each(task: Fitting) -> Fitted:

@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from afferents.evaluation.results import CONFIG, Results
 from afferents.evaluation.schemas import About, Summary
 from afferents.folds.held_out import SPEED
+from afferents.models.model import MODELS
 from afferents.reporting.comparisons import beside_paper, differences
 from afferents.reporting.labels import (
     ABBREVIATIONS,
@@ -176,6 +177,13 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
 
 
 def redo_command(results: Results) -> str:
-    """Return the command that repeats the evaluation."""
-    config = f"{results.root.name or 'RESULTS'}/{CONFIG}"
-    return shlex.join(["afferents", "evaluate", "--config", config, "--out", "AGAIN"])
+    """Return the command that repeats the evaluation, or all that filled the folder."""
+    summary, config = results.found, f"{results.root.name or 'RESULTS'}/{CONFIG}"
+    bases = {name: base for base, of in summary.lengths.items() for name in of.values()}
+    lengths = sorted({n for of in summary.lengths.values() for n in of}, key=int)
+    models = dict.fromkeys(bases.get(name, name) for name in model_order(summary))
+    arguments = ["--config", config, "--out", "AGAIN"]
+    if models.keys() <= MODELS.keys():  # others are found by the file that the configuration names
+        arguments += ["--models", ",".join(models)]
+    arguments += ["--frames", ",".join(lengths)] if lengths else []
+    return shlex.join(["afferents", "evaluate", *arguments])

@@ -45,6 +45,6 @@ def test_a_study_goes_to_its_report(stores, tmp_path, run):
     assert counts["sa-wave-1"] > 1.9 * counts["sa-wave-2"] > 3.7 * counts["sa-wave-5"]
     page = afferents.report(out, quiet=True).read_text()
     assert "Accuracy by length of window" in page
-    assert "--models sa-wave --protocol" in page
+    assert "--models sa-wave --frames 1,2,5" in page
     assert "--frames 1,2,5" in page
     assert (out / "figures/accuracy-by-length.png").is_file()

@@ -99,7 +99,9 @@ def test_names_are_escaped(summary, results):
 
 
 def test_command_repeats_the_evaluation(results, summary):
-    assert redo_command(results) == "afferents evaluate --config OUT/config.json --out AGAIN"
+    assert redo_command(results) == (
+        "afferents evaluate --config OUT/config.json --out AGAIN --models vib-te,vib-te-aug"
+    )
 
 
 # In short.
