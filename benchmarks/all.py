@@ -28,7 +28,6 @@ SHORT = {
     "recording": ["5"],
     "devices": [],
     "taps": ["4"],
-    "cost": [],
     "calls": [],
 }
 """Arguments that make each short."""

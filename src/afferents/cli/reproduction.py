@@ -81,10 +81,6 @@ def reproduce(
             help="Length of the 130 simulated recordings: seconds (quick), or the paper's a minute."
         ),
     ] = "quick",
-    estimate: Annotated[
-        bool,
-        typer.Option("--estimate", help="Only say what is chosen and how long it would take."),
-    ] = False,
     discrepancies: Annotated[
         bool,
         typer.Option(
@@ -100,19 +96,14 @@ def reproduce(
 ) -> None:
     """Run the paper's experiment from start to end: extract, evaluate, report.
 
-    Says first what is chosen, where that differs from the authors' code, and how long it will take.
+    Says first what is chosen, where that differs from the authors' code, and how much is to do.
     Without --like it evaluates the six models of Table 1 as we recommend, and ours beside them.
     """
     import afferents
-    from afferents.evaluation.results import Results
     from afferents.reporting.summary_text import headline, next_steps, what_was_held_out
     from afferents.reporting.tables import short_table1
 
-    results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **options)
-    if not isinstance(results, Results):
-        if as_json:
-            say(True, results.describe())
-        return
+    results = afferents.reproduce(out, session, like, size, quiet or as_json, **options)
     page = results.root / "report.html"
     commands = [step.command for step in next_steps(results.found) if step.command]
     found = Text(headline(results.found))  # wrapped between words, as the caption above it

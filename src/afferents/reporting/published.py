@@ -1,7 +1,5 @@
 """What the paper printed: Table 1, accuracy at each held-out speed, mean confusion matrices.
 
-And what its training took, by the logs in the authors' notebooks.
-
 The figures are carried in `published/*.json`, each with its source. They were measured on the
 published recordings with the published protocol; beside other recordings they are a landmark,
 no target that has or has not been reproduced.
@@ -105,35 +103,6 @@ def published_textures() -> tuple[str, ...]:
 def published_speeds() -> tuple[float, ...]:
     """Return the ten published speeds, mm/s."""
     return tuple(published_families()["sa-se"].by_speed)
-
-
-class PublishedCost(NamedTuple):
-    """What the authors' training of a family took, by their logs.
-
-    Attributes
-    ----------
-    epochs
-        Of a fold, mean over ten.
-    seconds
-        Of all ten folds on their GPU, whose model they don't state.
-    sample_s
-        Time for each sample that was learnt from, s.
-    """
-
-    epochs: float
-    seconds: float
-    sample_s: float
-
-
-@cache
-def published_costs() -> dict[str, PublishedCost]:
-    """Return the cost of the paper's six families by the names that the commands use."""
-    found = {}
-    for name, content in _read("cost.json")["families"].items():
-        epochs, seconds = sum(content["epochs"]), float(sum(content["seconds"]))
-        sample_s = seconds / (epochs * content["samples"])
-        found[name] = PublishedCost(epochs / len(content["epochs"]), seconds, sample_s)
-    return found
 
 
 def _read(name: str) -> dict[str, Any]:

@@ -5,10 +5,12 @@ reproduces nothing; the report says so.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from afferents.choices import Cut, Like, Size, flag_of
 from afferents.encodings.base import Encoding
@@ -17,18 +19,20 @@ from afferents.encodings.settings import options as options_of_encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.evaluation.evaluate import evaluate
+from afferents.evaluation.fold_files import FoldKey, finished
 from afferents.evaluation.options import EvaluationOptions
-from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.results import Results, load_results
 from afferents.evaluation.train import Training, train_model
 from afferents.extraction.extract import extract, extract_session
 from afferents.extraction.options import Extraction
 from afferents.files import Place
-from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, load_sensor, sensor_in
 from afferents.models.card import Card
 from afferents.models.export import export
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
+from afferents.recordings.check import ClipFile
+from afferents.recordings.session import Session, read_session
 from afferents.reporting.report import report
 from afferents.reproduction.presets import (
     CHOICES,
@@ -42,11 +46,9 @@ from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
-from afferents.store.zarr_store import open_responses, store_config
-
-if TYPE_CHECKING:
-    from afferents.recordings.session import Session
-    from afferents.reproduction.estimate import Estimate
+from afferents.store.responses import label
+from afferents.store.trimming import cut_audio, cut_frames
+from afferents.store.zarr_store import open_responses, responses_there, store_config
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -127,14 +129,13 @@ def reproduce(
     session: Place | None = None,
     like: Like = "recommended",
     size: Size = "quick",
-    only_estimate: bool = False,
     quiet: bool = False,
     **options: Any,
-) -> "Results | Estimate":
+) -> Results:
     """Go the whole way, keeping what is finished already: extract, evaluate, report.
 
     It first says what is chosen, where that differs from the authors' code (``published``), and
-    how long it will take on this machine.
+    how much there is to do.
 
     Parameters
     ----------
@@ -147,8 +148,6 @@ def reproduce(
         as we would do it.
     size
         Of a simulated session.
-    only_estimate
-        Whether nothing is begun, and it is only said how long it would take.
     quiet
         Whether no progress is shown.
     options
@@ -158,7 +157,7 @@ def reproduce(
     Returns
     -------
     Results
-        As of `evaluate`; an `Estimate` if only that was wanted, whose `total_s` is its sum.
+        As of `evaluate`.
 
     Raises
     ------
@@ -171,9 +170,7 @@ def reproduce(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    from afferents.recordings.session import read_session
     from afferents.reporting.discrepancies import discrepancies
-    from afferents.reproduction.estimate import require_length
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = choose(like, given)
@@ -189,22 +186,18 @@ def reproduce(
         for line in _said(like, given, differs, remaining):
             progress.note(line)
         if session is None:
-            _require_simulated(choices["cut"], size, only_estimate)
+            _require_simulated(choices["cut"], size)
         seed = evaluating.seeds[0]
         root = Path(session) if session else _simulated(run, size, given, seed, progress)
         there = read_session(root, choices["fps_hz"])
         if not given.get("keep_going"):
-            require_length(there, choices["cut"])
-        estimate = _estimated(there, run, extracting, evaluating)
-        progress.note(estimate.sentence())
-    if only_estimate:
-        return estimate
-    n = len(there.recordings)
+            _require_length(there, choices["cut"])
+        progress.note(_to_do(there, run, evaluating))
     said = {name: format_choice(value) for name, value in choices.items()}
     run.write_state(
         RunState(
             like=like, choices=said, otherwise=tuple(differs), differs=tuple(remaining),
-            recordings=n, estimated_s=estimate.total_s,
+            recordings=len(there.recordings),
         )
     )  # fmt: skip
     extract(there.root, run.store, quiet=quiet, **extracting)
@@ -267,7 +260,7 @@ def _require_known(options: EvaluationOptions) -> None:
     Encodings().changed(**options.encoding)
 
 
-def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
+def _require_simulated(cut: Cut, size: Size) -> None:
     """Refuse what makes no sense of a session that is yet to be simulated.
 
     Raises
@@ -275,8 +268,6 @@ def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
     InputError
         Naming it.
     """
-    if only_estimate:
-        raise InputError("--estimate: expected a session to measure (--session), found none")
     if cut == "published" and size != "paper":
         expected = "recordings of a minute (--size paper), or --session"
         raise InputError(
@@ -289,22 +280,48 @@ def _simulated(run: RunFolder, size: Size, given: Options, seed: int, progress: 
     return simulated(run, size, sensor, seed, given.get("workers"), progress)
 
 
-def _estimated(
-    session: "Session", run: RunFolder, extracting: Options, options: EvaluationOptions
-) -> "Estimate":
-    """Return what is left to be done, and how long that takes."""
-    from joblib import cpu_count
+def _require_length(session: Session, cut: Cut) -> None:
+    """Refuse recordings that are too short for the cut, before any is tracked.
 
-    from afferents.parallel import workers_at
-    from afferents.reproduction.estimate import estimate
+    Raises
+    ------
+    InputError
+        Naming the first.
+    """
+    for recording in session.recordings if cut == "published" else ():
+        name, video, audio = recording.name, recording.video, recording.audio
+        if isinstance(video, ClipFile):
+            cut_frames(np.zeros(video.n_frames), cut, None, name)
+        if audio is not None:
+            cut_audio(audio.n_samples, audio.sample_rate_hz, cut, None, name)
 
-    encodings = Encodings().changed(**options.encoding)
-    recipe = Recipe(run.results, (), models_in(options.models), encodings, options)
-    sensor = sensor_in(extracting["sensor"]) if extracting.get("sensor") else None
-    found = estimate(
-        session, sensors_of(session, sensor), extracting["method"], run.store, recipe,
-        options.protocols, options.seeds, options.held_out, "best" in names_in(options.models),
-    )  # fmt: skip
-    cluster = options.cluster
-    processes = workers_at(cluster) if cluster else options.workers or cpu_count()
-    return replace(found, processes=processes, cluster=cluster is not None)
+
+def _to_do(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
+    """Say how many recordings and trainings are left to be done.
+
+    Raises
+    ------
+    InputError
+        If a group or texture asked for is not there.
+    """
+    named = [label(xr.Dataset(), recording) for recording in session.recordings]
+    groups = options.by.groups_of(options.ablation.recordings(named))
+    options.by.require(options.held_out, groups, "--held-out")
+    models: list[tuple[str, ...]] = [(model.name,) for model in models_in(options.models)]
+    if "best" in names_in(options.models) or not models:
+        models.append(BEST)  # which of them, the responses tell
+    trainings = sum(
+        not any(
+            finished(run.results, FoldKey.of(name, protocol.name, seed, group, options.by))
+            for name in names
+        )
+        for names in models
+        for protocol in options.protocols
+        for seed in options.seeds
+        for group in options.held_out or groups
+    )
+    recordings = sum(responses_there(run.store, r.name) is None for r in session.recordings)
+    return (
+        f"To do: {recordings} recordings to extract, and at most {trainings} trainings. "
+        "'afferents status' says how long they still take."
+    )

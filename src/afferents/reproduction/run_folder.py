@@ -28,7 +28,7 @@ from afferents.store.zarr_store import recordings_there
 REPORT = "report.html"
 """In the results."""
 STATE_FILE = "reproduction.json"
-"""In its folder: what was chosen, and how long it was taken to need."""
+"""In its folder: what was chosen."""
 _WHAT, _AGAIN = "what a reproduction began with", "choose another folder"
 _FREE = frozenset({"protocol", "models"})
 """Choices that one folder may hold several of: trainings are added."""
@@ -42,7 +42,6 @@ class RunState(Schema):
     otherwise: tuple[str, ...]
     differs: tuple[str, ...]
     recordings: int
-    estimated_s: float | None
     since: float = Field(default_factory=time.time)
 
 
@@ -142,16 +141,11 @@ def _of_reproduction(run: RunFolder) -> Status:
     page = run.results / REPORT
     if page.is_file():
         said.append(f"Report: {page}")
-    elif state.estimated_s is not None:
-        end = _clock(state.since + state.estimated_s)
-        took = duration(state.estimated_s)
-        said.append(f"Estimated before it began: {took}, until {end} if nothing stopped it.")
     facts = {
         "like": state.like,
         "recordings": state.recordings,
         "extracted": there,
         "report": str(page) if page.is_file() else None,
-        "estimated_s": state.estimated_s,
         "trainings": trained.facts if trained else None,
     }
     return Status(trained.rows if trained else [], said, facts)
