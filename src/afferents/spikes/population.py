@@ -193,35 +193,6 @@ class Spikes:
         _require_times(times, offsets, unit_table, trial_table, where)
         return cls(times, offsets, unit_table, trial_table, recorded.reshape(shape))
 
-    @classmethod
-    def from_table(
-        cls, spikes: pd.DataFrame, units: Any, trials: Any, where: object = "spikes"
-    ) -> Self:
-        """Return the spikes of a table with a row a spike.
-
-        Parameters
-        ----------
-        spikes
-            Columns `trial` (row of `trials`), `unit` (name) and `time_s`. Every unit counts as
-            recorded in every trial.
-
-        Raises
-        ------
-        InputError
-            As `from_trains`, and if a unit or a trial is not in its table.
-        """
-        names = list(checked_units(units, where).index)
-        n_trials = len(checked_trials(trials, where))
-        named = spikes.assign(unit=spikes["unit"].astype(str))
-        times: dict[Any, ArrayLike] = dict(list(named.groupby(["trial", "unit"])["time_s"]))
-        trains = [[times.pop((trial, name), []) for name in names] for trial in range(n_trials)]
-        for trial, unit in times:
-            raise InputError(
-                f"{where}: expected spikes of the units and trials listed, found a spike of unit "
-                f"{unit} in trial {trial}"
-            )
-        return cls.from_trains(trains, units, trials, where)
-
     @property
     def n_units(self) -> int:
         """How many units there are."""

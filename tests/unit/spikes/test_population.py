@@ -1,7 +1,6 @@
 """Spikes are held, cut, stretched and refused as they must be."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,9 +32,6 @@ def test_trains_come_back_as_they_went_in(trains):
         for u, train in enumerate(row):
             np.testing.assert_array_equal(spikes.train(t, u), train or [])
             assert spikes.recorded[t, u] == (train is not None)
-    again = Spikes.from_table(spikes.to_table(), spikes.units, spikes.trials)
-    np.testing.assert_array_equal(again.times, spikes.times)
-    np.testing.assert_array_equal(again.offsets, spikes.offsets)
 
 
 @given(rows)
@@ -91,6 +87,3 @@ def test_windows_and_stretches():
 def test_spikes_that_cannot_be_are_refused(trains, units, said):
     with pytest.raises(InputError, match=said):
         population(trains, units=units)
-    table = pd.DataFrame({"trial": [0], "unit": ["z"], "time_s": [0.1]})
-    with pytest.raises(InputError, match="a spike of unit z in trial 0"):
-        Spikes.from_table(table, UNITS, {"texture": ["1"], "duration_s": [1.0]})
