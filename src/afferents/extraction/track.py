@@ -35,6 +35,8 @@ def track_into(
 ) -> list[str]:
     """Track a video, or all videos of a session, into a store; say how that of one video went.
 
+    A session's store is as `extract` writes it, without vibration.
+
     Parameters
     ----------
     sensor
@@ -50,12 +52,16 @@ def track_into(
     Raises
     ------
     InputError
-        As `track_video` and `track_session`; if a cluster is asked for with one video.
+        As `track_video` and `extract`; if a cluster is asked for with one video.
     PartialFailureError
         As `track_video`.
     """
     if source.is_dir():
-        track_session(source, out, sensor, method, workers, progress, cluster, fps_hz)
+        extraction = Extraction(
+            source, out, sensor, method, workers=workers, vibration=False, cluster=cluster,
+            fps_hz=fps_hz,
+        )  # fmt: skip
+        extract_session(extraction, progress)
         return []
     if cluster is not None:
         raise InputError(
@@ -116,30 +122,6 @@ def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = F
     """
     tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
     return marker_responses(undistorted(tracks, sensor.lens))
-
-
-def track_session(
-    session: Path,
-    out: Path,
-    sensor: Sensor | None,
-    method: Method,
-    workers: int | None,
-    progress: Progress,
-    cluster: str | None = None,
-    fps_hz: float | None = None,
-) -> None:
-    """Track the videos of a session into a store as `extract` writes it, without vibration.
-
-    Raises
-    ------
-    InputError
-        As `extract`.
-    """
-    extraction = Extraction(
-        session, out, sensor, method, workers=workers, vibration=False, cluster=cluster,
-        fps_hz=fps_hz,
-    )  # fmt: skip
-    extract_session(extraction, progress)
 
 
 def track(
