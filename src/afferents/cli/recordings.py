@@ -45,10 +45,6 @@ def fetch(
         Path | None,
         typer.Option(help="List of its files: PATH SHA-256 BYTES a line, or as sha256sum writes."),
     ] = None,
-    keep_archive: Annotated[
-        bool,
-        typer.Option("--keep-archive", help="Keep a .zip or .tar of all of it, once unpacked."),
-    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -59,7 +55,7 @@ def fetch(
     import afferents
     from afferents.recordings.fetch.archives import archive_named
 
-    found = afferents.fetch(name, folder, url, manifest, keep_archive, quiet or as_json)
+    found = afferents.fetch(name, folder, url, manifest, quiet or as_json)
     outcome = {**vars(found), "folder": str(found.folder)}
     then = archive_named(name).next_step.format(folder=folder)
     say(

@@ -251,12 +251,10 @@ def test_a_disk_that_fills_up_while_unpacking(site, archive, tmp_path):
 
 
 def test_the_command(site, tmp_path, run):
-    archive = zipped(FILES)  # once: it holds the time when it was made
-    offer(site, archive)
+    offer(site, zipped(FILES))
     given = ("fetch", "pestell2022", tmp_path / "d", "--url", f"{site.url}{PACKED}.zip")
-    code, out, err = run(*given, "--keep-archive")
+    code, out, err = run(*given)
     assert code == 0, err
-    assert "and stays there." in err
     assert out.startswith(f"{len(FILES)} files fetched, 0 were here")
-    assert here(tmp_path / "d") == FILES | {f"{KEY}.zip": archive}
+    assert here(tmp_path / "d") == FILES
     assert f"Next: afferents inspect {tmp_path / 'd'}" in out

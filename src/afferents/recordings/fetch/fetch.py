@@ -37,8 +37,8 @@ class Plan:
 
     Attributes
     ----------
-    archive, folder, keep_archive
-        The data set, where it goes, and whether a .zip or .tar of all of it stays there.
+    archive, folder
+        The data set, and where it goes.
     files
         All of them, with what is known of sizes and checksums.
     here
@@ -53,7 +53,6 @@ class Plan:
 
     archive: Archive
     folder: Path
-    keep_archive: bool
     files: tuple[RemoteFile, ...]
     here: frozenset[str]
     licence: str
@@ -84,8 +83,9 @@ class Plan:
         if self.here:
             said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
         if self.packed:
-            stays = "stays there" if self.keep_archive else "is removed when all is whole"
-            said.append(f"It is one archive, unpacked in {self.folder}, and {stays}.")
+            said.append(
+                f"It is one archive, unpacked in {self.folder}, and is removed when all is whole."
+            )
         unknown = sum(file.sha256 is None for file in missing)
         if unknown:
             said.append(
@@ -113,13 +113,12 @@ def plan_fetch(
     progress: Progress,
     url: str | None = None,
     manifest: Path | None = None,
-    keep_archive: bool = False,
 ) -> Plan:
     """Find out which files there are, and which of them are here; nothing is fetched.
 
     Parameters
     ----------
-    url, manifest, keep_archive
+    url, manifest
         See `fetch`.
 
     Raises
@@ -144,7 +143,7 @@ def plan_fetch(
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
     licence, elsewhere = listing.licence or archive.licence, url is not None
     known = (sized, here, licence, listing.page, elsewhere, manifest is not None)
-    return Plan(archive, folder, keep_archive, *known)
+    return Plan(archive, folder, *known)
 
 
 def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
@@ -206,8 +205,7 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
             archive = (got + kept)[0]
             got, kept = unpack(folder / packed, folder, _read_noted(folder, ""), progress)
             _note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
-            if not plan.keep_archive:
-                remove(folder / packed)
+            remove(folder / packed)
     n_bytes = sum(file.n_bytes or 0 for file in got + kept)
     return Fetched(folder, len(got), len(kept), n_bytes)
 
@@ -264,14 +262,14 @@ def fetch(
     folder: Place,
     url: str | None = None,
     manifest: Place | None = None,
-    keep_archive: bool = False,
     quiet: bool = False,
 ) -> "Fetched":
     """Fetch a public data set; what is here already is checked and kept.
 
     What it is, its size and its licence are printed before it begins. Needs the
     extra `fetch`. A file that was broken off is gone on with. Where there is but one .zip or .tar
-    of everything, it is unpacked.
+    of everything, it is unpacked
+    and then removed.
 
     Parameters
     ----------
@@ -285,8 +283,6 @@ def fetch(
         archive of them, or, with `manifest`, what the paths in that count from.
     manifest
         A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
-    keep_archive
-        Whether a .zip or .tar of everything stays once it is unpacked.
     quiet
         Whether no progress is shown.
 
@@ -303,7 +299,7 @@ def fetch(
     """
     archive, given = archive_named(name), None if manifest is None else Path(manifest)
     with Progress(quiet) as progress:
-        plan = plan_fetch(archive, Path(folder), progress, url, given, keep_archive)
+        plan = plan_fetch(archive, Path(folder), progress, url, given)
         for sentence in plan.describe():
             progress.note(sentence)
         return fetch_planned(plan, progress)
