@@ -9,7 +9,7 @@ from typing import Any
 from afferents import dims
 from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
-from afferents.store.fingerprint import Fingerprint, find_copies, fingerprint, read, written
+from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
 from afferents.store.responses import Responses, doubts_in
 from afferents.store.zarr_store import store_config, stored_attributes
 
@@ -20,21 +20,11 @@ NAMED = 3
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """Two recordings that seem to be one, and by which fingerprint."""
-
-    one: str
-    other: str
-    kind: str
-    alike: float
-
-
-@dataclass(frozen=True)
 class Notes:
     """What is to be said of a store: what was accepted, by recording, copies, and rest frames."""
 
     accepted: dict[str, list[str]]
-    copies: list[Likeness]
+    copies: list[Copy]
     at_rest: list[str]
 
     @property
@@ -64,17 +54,13 @@ def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
     return Notes(accepted, copies_among(attributes), rest_sentences(attributes))
 
 
-def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Likeness]:
+def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Copy]:
     """Return which recordings seem to be copies, by the fingerprints in their attributes."""
-    names = list(attributes)
-    found = [_fingerprint_in(attributes[name]) for name in names]
-    labels = [
-        tuple(attributes[name].get(of) for of in (dims.TEXTURE, dims.SPEED)) for name in names
-    ]
-    return [
-        Likeness(names[copy.one], names[copy.other], copy.kind, copy.alike)
-        for copy in find_copies(found, labels)
-    ]
+    found = {name: _fingerprint_in(one) for name, one in attributes.items()}
+    labels = {
+        name: (one.get(dims.TEXTURE), one.get(dims.SPEED)) for name, one in attributes.items()
+    }
+    return find_copies(found, labels)
 
 
 def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
@@ -91,7 +77,7 @@ def warn_of_copies(recordings: Sequence[Responses], progress: Progress) -> None:
         progress.note(sentence)
 
 
-def warning_of(copies: Sequence[Likeness]) -> list[str]:
+def warning_of(copies: Sequence[Copy]) -> list[str]:
     """Return a sentence that warns of copies, or none."""
     if not copies:
         return []

@@ -11,6 +11,7 @@ correlation of the fingerprints over shifts.
 
 import base64
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -181,22 +182,25 @@ def _limited(series: NDArray[np.float64], most: float) -> Series:
     return np.asarray(series * np.minimum(1, limit / np.maximum(size, 1e-12)), np.float32)
 
 
-class Copy(NamedTuple):
-    """Two recordings that are one: their numbers, and by which fingerprint."""
+@dataclass(frozen=True)
+class Copy:
+    """Two recordings that seem to be one: their names, and by which fingerprint."""
 
-    one: int
-    other: int
+    one: str
+    other: str
     kind: str
     alike: float
 
 
-def find_copies(fingerprints: Sequence[Fingerprint], labels: Sequence[object]) -> list[Copy]:
+def find_copies(
+    fingerprints: Mapping[str, Fingerprint], labels: Mapping[str, object]
+) -> list[Copy]:
     """Find recordings that are copies of others.
 
     Parameters
     ----------
     fingerprints
-        Of each recording, as `fingerprint` returns them.
+        Of each recording by name, as `fingerprint` returns them.
     labels
         Texture and speed of each. Recordings of one texture at one speed must be more alike to
         be taken for copies.
@@ -206,17 +210,18 @@ def find_copies(fingerprints: Sequence[Fingerprint], labels: Sequence[object]) -
     A row a pair, in the order of the recordings; of several ways in which a pair is alike, the
     first.
     """
-    found: dict[tuple[int, int], Copy] = {}
-    for name, kind in KINDS.items():
-        having = [n for n, one in enumerate(fingerprints) if name in one]
-        series = [fingerprints[n][name] for n in having]
+    found: dict[tuple[str, str], Copy] = {}
+    for by, kind in KINDS.items():
+        having = [name for name, one in fingerprints.items() if by in one]
+        series = [fingerprints[name][by] for name in having]
         for i, j in _neighbours(series, kind):
             one, other = having[i], having[j]
             alike = likeness(series[i], series[j], range(-kind.shift, kind.shift + 1))
             least = SAME_CONDITION if labels[one] == labels[other] else kind.alike
             if alike >= max(least, least_alike(series[i], kind), least_alike(series[j], kind)):
-                found.setdefault((one, other), Copy(one, other, name, alike))
-    return [found[pair] for pair in sorted(found)]
+                found.setdefault((one, other), Copy(one, other, by, alike))
+    place = {name: n for n, name in enumerate(fingerprints)}
+    return sorted(found.values(), key=lambda copy: (place[copy.one], place[copy.other]))
 
 
 def _neighbours(series: Sequence[Series], kind: Kind) -> Iterator[tuple[int, int]]:

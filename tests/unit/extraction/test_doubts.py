@@ -13,11 +13,12 @@ from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data, recordings_in
 from afferents.evaluation.encode import Source, encode
-from afferents.extraction.copies import NAMED, Likeness, warn_of_copies, warning_of
+from afferents.extraction.copies import NAMED, warn_of_copies, warning_of
 from afferents.inspection.files import level_sentences
 from afferents.inspection.inspect import inspect
 from afferents.markers.quality import find_hidden_markers
 from afferents.progress import Progress
+from afferents.store.fingerprint import Copy
 from afferents.store.zarr_store import open_responses, write_responses
 
 RATE_HZ, FPS = 8000, 90
@@ -189,7 +190,7 @@ def test_other_recordings_are_no_copies(run, sounds, tmp_path):
 
 
 def test_many_copies_make_one_short_warning():
-    copies = [Likeness(f"1/{n}", f"2/{n}", "sound", 0.99) for n in range(50)]
+    copies = [Copy(f"1/{n}", f"2/{n}", "sound", 0.99) for n in range(50)]
     (warning,) = warning_of(copies)
     assert "1/2 and 2/2 (by sound, 0.99 alike), and 47 more pairs" in warning
     assert len(warning_of(copies[:NAMED])[0].splitlines()) == 1

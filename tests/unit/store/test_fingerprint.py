@@ -55,8 +55,9 @@ def encoded(samples, subtype, form="WAV"):
 
 def found(one, other, same_label=False):
     """Read both back from what would be stored."""
-    both = [read(json.loads(json.dumps(written(fingerprint(r))))) for r in (one, other)]
-    return find_copies(both, ["x", "x" if same_label else "y"])
+    responses = {"one": one, "other": other}
+    both = {n: read(json.loads(json.dumps(written(fingerprint(r))))) for n, r in responses.items()}
+    return find_copies(both, {"one": "x", "other": "x" if same_label else "y"})
 
 
 @pytest.mark.parametrize(
@@ -77,16 +78,16 @@ def test_a_copy_is_found_whatever_was_done_to_it(seen, change):
     original = sound_of(0) if seen is sounding else steps_of(0)
     copied = change(original, np.random.default_rng(9))
     (copy,) = found(seen(original), seen(copied), same_label=seen is sounding)
-    assert (copy.one, copy.other) == (0, 1)
+    assert (copy.one, copy.other) == ("one", "other")
     assert copy.kind == ("sound" if seen is sounding else "tracks")
     assert seen is moving or copy.alike > 0.95
 
 
 def test_runs_of_one_texture_at_one_speed_are_no_copies():
-    sounds = [read(written(fingerprint(sounding(sound_of(seed))))) for seed in range(12)]
-    tracks = [read(written(fingerprint(moving(steps_of(seed))))) for seed in range(12)]
-    assert find_copies(sounds, range(12)) == []
-    assert find_copies(tracks, range(12)) == []
+    seeds = {str(seed): seed for seed in range(12)}
+    for seen, made in ((sounding, sound_of), (moving, steps_of)):
+        prints = {n: read(written(fingerprint(seen(made(seed))))) for n, seed in seeds.items()}
+        assert find_copies(prints, seeds) == []
 
 
 def test_what_swings_alike_is_no_copy():
@@ -143,10 +144,11 @@ def test_what_is_no_fingerprint_is_refused():
 
 def test_the_neighbour_search_finds_what_comparing_all_pairs_finds():
     rng = np.random.default_rng(0)
-    prints = [{"sound": rng.normal(size=(200, 8)).astype(np.float32)} for _ in range(200)]
+    prints = {str(n): {"sound": rng.normal(size=(200, 8)).astype(np.float32)} for n in range(200)}
     for n in range(10):
         noise = 0.2 * rng.normal(size=(196, 8)).astype(np.float32)
-        prints.append({"sound": prints[n]["sound"][4:] + noise})
-    copies = find_copies(prints, range(len(prints)))
-    assert [(copy.one, copy.other) for copy in copies] == [(n, 200 + n) for n in range(10)]
+        prints[str(200 + n)] = {"sound": prints[str(n)]["sound"][4:] + noise}
+    copies = find_copies(prints, {name: name for name in prints})
+    pairs = [(str(n), str(200 + n)) for n in range(10)]
+    assert [(copy.one, copy.other) for copy in copies] == pairs
     assert all(copy.alike >= KINDS["sound"].alike for copy in copies)
