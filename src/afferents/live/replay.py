@@ -157,7 +157,7 @@ class ReplayedSound(Played):
                 time_s, n = self._begin_s + n / self.rate_hz, n + len(block)
                 if not self._pace.wait(self._begin_s + n / self.rate_hz):
                     return
-                samples = np.ascontiguousarray(block[:, channel : channel + 1])
+                samples = np.ascontiguousarray(block[:, channel, np.newaxis])
                 yield Sound(time_s, samples, time.monotonic())
 
 

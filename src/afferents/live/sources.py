@@ -20,6 +20,7 @@ from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
 from afferents.recordings.layouts import AUDIO, VIDEO
+from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, session_file
 from afferents.recordings.video import open_video
 from afferents.rig.config import Rig
 from afferents.rig.sensor_rig import rig_of
@@ -145,8 +146,11 @@ def _clip(name: str) -> Video:
 
 
 def _wav(path: Path) -> WavFile:
-    """Return the sensor's channel: the second as published, or the only one."""
-    return WavFile(path, min(WavFile.channel, WavFile(path).n_channels - 1))
+    """Return the sensor's channel, as the session says in which the file lies; else the last."""
+    for folder in path.absolute().parents:
+        if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
+            return WavFile(path, session_file(folder).channel)
+    return WavFile(path, -1)
 
 
 def _camera(name: str, wanted: Wanted, exposure_ms: float | None) -> Camera:

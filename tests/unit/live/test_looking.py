@@ -12,7 +12,17 @@ import soundfile
 from rich.console import Console
 
 from afferents.dims import SA1
-from afferents.live import CameraFrame, FoundImages, Images, LivePipeline, Sound, images_of, run
+from afferents.live import (
+    CameraFrame,
+    FoundImages,
+    Images,
+    LivePipeline,
+    Sound,
+    Wanted,
+    images_of,
+    open_sources,
+    run,
+)
 from afferents.live.images import FrameImages
 from afferents.live.terminal import Screen
 from afferents.live.web.snapshot import LOST, Snapshots, draw_image
@@ -240,6 +250,21 @@ def test_a_file_from_the_command_line(run, session, sounds, tmp_path):
     code, out, _ = run("live", "--video", video, "--speed", "max", "--sensor", "tip_b")
     assert code == 0
     assert "Sensor 'tip_b': square layout" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(("declared", "heard"), [({"sensor_channel": 0}, 0), (None, 2)])
+def test_a_replay_is_heard_on_the_channel_that_its_session_names(tmp_path, declared, heard):
+    """Of three; where nothing is named it is the last."""
+    folder = tmp_path / "S" / "3" / "50"
+    folder.mkdir(parents=True)
+    samples = np.full((800, 3), (0.0, 0.25, 0.5))
+    soundfile.write(folder / "audio.wav", samples, 8000, "FLOAT")
+    if declared is not None:
+        (tmp_path / "S" / "session.json").write_text(json.dumps(declared | {"audio_channels": 3}))
+    wanted = Wanted(frozenset({"audio"}))
+    (source,) = open_sources(None, f"replay:{folder}", wanted, speed=math.inf)
+    pieces = np.concatenate([event.samples for event in source.events()])
+    np.testing.assert_array_equal(pieces, samples[:, [heard]])
 
 
 def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_video, tmp_path):
