@@ -180,7 +180,8 @@ class Microphone(DeviceSource):
     rate_hz
         Sample rate asked for.
     n_channels
-        Channels asked for.
+        Channels wanted: one is the last of the microphone's two, as when recording, or its only
+        one.
     source
         Another microphone than PortAudio's.
 
@@ -200,12 +201,15 @@ class Microphone(DeviceSource):
         source: devices.Microphone | None = None,
     ) -> None:
         """Open it."""
-        self.rate_hz = rate_hz
-        options = devices.PortAudioMicrophone.Options(
-            device=device, rate_hz=rate_hz, channels=n_channels
-        )
-        self._source = source or devices.PortAudioMicrophone(options)
-        super().__init__(self._source)
+        self.rate_hz, self._n_channels = rate_hz, n_channels
+        self._source = source or _microphone_of(device, rate_hz, max(n_channels, 2))
+        try:
+            super().__init__(self._source)
+        except InputError:
+            if source is not None or n_channels > 1:
+                raise
+            self._source = _microphone_of(device, rate_hz, 1)  # it may have no second
+            super().__init__(self._source)
 
     def _take(self) -> Iterator[Event]:
         count = devices.SampleClock(self.rate_hz)
@@ -213,6 +217,14 @@ class Microphone(DeviceSource):
             if block.overflowed:
                 yield Trouble("audio", count.next_s, "microphone: overrun, samples are lost")
                 count = devices.SampleClock(self.rate_hz)
-            samples = block.samples.astype(np.float32) / FULL_SCALE
+            wanted = block.samples[:, -self._n_channels :]
+            samples = wanted.astype(np.float32) / FULL_SCALE
             time_s = count.read(len(samples), block.time_s, block.time_s)
             yield Sound(time_s, samples, time.monotonic())
+
+
+def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:
+    """Return PortAudio's microphone, unopened."""
+    return devices.PortAudioMicrophone(
+        devices.PortAudioMicrophone.Options(device=device, rate_hz=rate_hz, channels=n_channels)
+    )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from afferents.devices import MICROPHONES, DeviceError, PortAudioMicrophone, device_of
+from afferents.devices.base import Block
 from afferents.errors import InputError
 from afferents.live import Microphone, Sound, Trouble
 
@@ -19,8 +20,9 @@ class PortAudio:
 
     PortAudioError = RuntimeError
 
-    def __init__(self, clock=True):
+    def __init__(self, clock=True, most_channels=2):
         self.clock, self.opened, self.started_anew = clock, [], 0
+        self.most_channels = most_channels
 
     def query_devices(self, device=None):
         there = [{"name": "Gel microphone", "max_input_channels": 2}]
@@ -38,6 +40,8 @@ class PortAudio:
         assert dtype == "int16"
         if samplerate == 48_000:
             raise self.PortAudioError("Invalid sample rate")
+        if channels > self.most_channels:
+            raise self.PortAudioError("Invalid number of channels")
         stream = SimpleNamespace(
             device=device or 0, samplerate=samplerate, channels=channels, start=lambda: None, n=0,
             close=lambda ignore_errors: None,
@@ -160,6 +164,20 @@ def test_a_rate_that_it_has_not_is_refused(opened):
         opened(PortAudio(), rate_hz=48_000.0)
     with pytest.raises(InputError, match=r"kind = one of portaudio, found 'alsa'"):
         device_of(MICROPHONES, {"kind": "alsa"}, "[microphone]")
+
+
+@pytest.mark.parametrize("has", [1, 2])
+def test_live_hears_the_last_channel_of_two_or_the_only_one(monkeypatch, has):
+    portaudio = PortAudio(most_channels=has)
+    monkeypatch.setattr("afferents.devices.portaudio.import_portaudio", lambda: portaudio)
+    live = Microphone("default", 10_000)
+    (stream,) = portaudio.opened
+    assert stream.channels == has
+    samples = np.stack([np.full(100, 16384, np.int16), np.zeros(100, np.int16)], axis=1)[:, -has:]
+    monkeypatch.setattr(live._source, "blocks", lambda: iter([Block(0.0, samples, False)]))
+    (heard,) = live._take()
+    np.testing.assert_array_equal(heard.samples, np.zeros((100, 1), np.float32))
+    live.close()
 
 
 def test_live_hears_by_the_same_source(monkeypatch):
