@@ -96,7 +96,7 @@ class Source(Protocol):
     channel
         What it gives.
     rate_hz
-        Frames or samples a second that it was asked for, or has.
+        Frames or samples a second that it has, or was asked for where it says none.
     speed
         Seconds of its clock in a second: 1 for what happens now, so that events are lost if nobody
         takes them in time; infinite for a recording that waits to be taken.

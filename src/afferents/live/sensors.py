@@ -122,7 +122,8 @@ class Camera(DeviceSource):
         self._said_s = -np.inf
         super().__init__(self._camera)
         said_hz = self._camera.settings.fps_hz
-        self.rate_hz = fps_hz or (said_hz if said_hz > 0 else USUAL_HZ)  # not if it is NaN
+        self.rate_hz = said_hz if said_hz > 0 else fps_hz or USUAL_HZ  # NaN: it says none
+        self._asked_hz = fps_hz or self.rate_hz
 
     def _take(self) -> Iterator[Event]:
         self._taken.clear()
@@ -141,9 +142,9 @@ class Camera(DeviceSource):
             return
         rate_hz = (len(taken) - 1) / span_s
         taken.clear()
-        if rate_hz < SLOW * self.rate_hz and time_s - self._said_s > 10 * CHECKED_S:
+        if rate_hz < SLOW * self._asked_hz and time_s - self._said_s > 10 * CHECKED_S:
             self._said_s = time_s
-            what = f"camera {self._device}: asked {self.rate_hz:g} frames/s, got {rate_hz:.0f}"
+            what = f"camera {self._device}: asked {self._asked_hz:g} frames/s, got {rate_hz:.0f}"
             yield Trouble("video", time_s, f"{what}; more light or another mode may help")
 
 

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from afferents.errors import InputError
 from afferents.live import (
     Begin,
     Camera,
@@ -21,6 +22,7 @@ from afferents.live import (
     stream,
 )
 from afferents.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
+from afferents.live.stream import check_sources
 from afferents.recordings.audio import WavFile
 from afferents.recordings.session import read_session
 from afferents.store.recording import Frame
@@ -225,6 +227,13 @@ def test_an_error_of_a_source_reaches_who_takes_its_events():
     mailbox.take_from(Breaking())
     with pytest.raises(ValueError, match="broken"):
         mailbox.get(60)
+
+
+def test_a_camera_that_does_not_take_the_model_s_rate_is_refused(seeing):
+    camera = Camera("testsrc2=size=640x480:rate=60", 90, 640, 480, driver="lavfi")
+    with pytest.raises(InputError, match="expected 90 frames/s, as the model .* found 60"):
+        check_sources([camera], seeing)
+    camera.close()
 
 
 def test_a_camera_that_is_slow_vanishes_and_comes_back():
