@@ -34,6 +34,12 @@ _PICTURES = (PICTURE, RAW_PICTURE)
 _SOUNDS = (SOUND, ROS_SOUND, ROS_SOUND_STAMPED)
 _GREY = ("mono8", "8UC1")
 _USUAL_HZ = 44_100
+_CODINGS, _SAMPLES = ("", "wave", "pcm"), ("", "S16LE")
+"""What an AudioInfo says of sound that is neither compressed nor of other samples."""
+_LOST_S, _LOST_UNSTAMPED_S = 0.02, 0.1
+"""Sound may lag so far behind the times of its messages, s: the bag's own vary more."""
+_DRIFT = 5e-4
+"""So far a sound card's clock may be off."""
 JPEG = b"\xff\xd8"
 
 
@@ -96,7 +102,8 @@ def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
     Raises
     ------
     InputError
-        If the bag can't be read, lacks the topics, or holds what is no picture or sound.
+        If the bag can't be read, lacks the topics, or holds what is no picture or sound, or not
+        the whole of it.
     """
     with _open_bag(bag.path) as reader:
         pictures = _topic(reader, bag.path, _PICTURES, bag.image, "--image-topic", "pictures")
@@ -220,8 +227,8 @@ def _grey(message: Any, data: NDArray[np.uint8], path: Path) -> NDArray[np.uint8
 
 def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
     """Write sound as 16-bit wav; return when its first sample was taken, s."""
-    rate_hz, channels = _declared(reader, bag)
-    blocks, start_s = [], None
+    rate_hz, channels = (0, 0) if connection.msgtype == SOUND else _declared(reader, bag)
+    blocks, came_s, heard_s = [], [], [0.0]
     for at_s, message in _messages(reader, connection):
         if connection.msgtype == SOUND:
             if message.format != PCM:
@@ -236,12 +243,36 @@ def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
             raise InputError(
                 f"{bag.path}: expected {expected}, found {len(values)} bytes in {connection.topic}"
             )
-        start_s = at_s if start_s is None else start_s
         blocks.append(values.view("<i2").reshape(-1, channels))
-    if start_s is None:
+        came_s.append(at_s)
+        heard_s.append(heard_s[-1] + len(blocks[-1]) / rate_hz)
+    if not blocks:
         raise InputError(f"{bag.path}: expected sound in {connection.topic}, found no message")
+    _require_whole(np.array(came_s) - came_s[0], np.array(heard_s[:-1]), connection, bag.path)
     soundfile.write(target, np.concatenate(blocks), rate_hz, "PCM_16", format="WAV")
-    return start_s
+    return came_s[0]
+
+
+def _require_whole(
+    came_s: NDArray[np.float64], heard_s: NDArray[np.float64], connection: Any, path: Path
+) -> None:
+    """Refuse sound of which some was lost: all that follows would lie too early.
+
+    Parameters
+    ----------
+    came_s, heard_s
+        When each message came, since the first, and how much sound was in those before it, s.
+    """
+    # One message may come late, and the next ones catch up; what was lost is never caught up.
+    lost_s = np.minimum.accumulate((came_s - heard_s)[::-1])[::-1]
+    lost_s -= lost_s[0]
+    allowed_s = _LOST_UNSTAMPED_S if connection.msgtype == ROS_SOUND else _LOST_S
+    if (over := lost_s > allowed_s + _DRIFT * came_s).any():
+        n = int(np.argmax(over))
+        raise InputError(
+            f"{path}: expected whole sound in {connection.topic}, found {lost_s[n]:.2f} s missing "
+            f"before {came_s[n]:.2f} s; record it again"
+        )
 
 
 def _declared(reader: Any, bag: Bag) -> tuple[int, int]:
@@ -250,6 +281,14 @@ def _declared(reader: Any, bag: Bag) -> tuple[int, int]:
     for connection in reader.connections:
         if connection.msgtype == ROS_SOUND_INFO:
             for _, message in _messages(reader, connection):
+                _require_samples(message, bag.path)
                 rate_hz, channels = int(message.sample_rate), int(message.channels)
                 break
     return bag.audio_rate_hz or rate_hz, bag.audio_channels or channels
+
+
+def _require_samples(info: Any, path: Path) -> None:
+    """Refuse sound that an AudioInfo says to be compressed, or of other samples than ours."""
+    for found, known in ((info.coding_format, _CODINGS), (info.sample_format, _SAMPLES)):
+        if found not in known:
+            raise InputError(f"{path}: expected sound as 16-bit samples, S16LE, found '{found}'")

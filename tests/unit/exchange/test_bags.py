@@ -189,18 +189,20 @@ def heard(types, samples, kind=ROS_SOUND, per_block=441):
             yield "/tip/audio", kind, at_ns, {"header": stamped(types, at_ns), "audio": audio}
 
 
+INFO = {
+    "channels": 2, "sample_rate": 44_100, "sample_format": "S16LE", "bitrate": 0,
+    "coding_format": "wave",
+}  # fmt: skip
+
+
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
 @pytest.mark.parametrize("encoding", ["mono8", "bgr8"])
 def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding, plugin):
     samples = np.random.default_rng(0).integers(-9000, 9000, (4410, 2)).astype(np.int16)
-    info = {
-        "channels": 2, "sample_rate": 44_100, "sample_format": "S16LE", "bitrate": 0,
-        "coding_format": "wave",
-    }  # fmt: skip
     ros_bag(
         tmp_path / "bag", types, raw(types, 30, encoding),
         heard(types, samples, ROS_SOUND_STAMPED), plugin,
-        [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, info)],
+        [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, INFO)],
     )  # fmt: skip
     afferents.import_recording(tmp_path / "bag", None, None, tmp_path / "S", "wool", 20)
     video = VideoFile(tmp_path / "S" / "wool" / "20" / "video.mp4")
@@ -225,6 +227,18 @@ def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_pa
     assert files.audio_start_s == pytest.approx(7.025)
 
 
+@pytest.mark.parametrize("kind", [ROS_SOUND, ROS_SOUND_STAMPED])
+def test_sound_that_was_lost_is_refused_and_what_comes_late_is_not(types, tmp_path, kind):
+    blocks = list(heard(types, np.ones((8820, 1), np.int16), kind))
+    lost = ros_bag(tmp_path / "lost", types, raw(types, 5), blocks[:5] + blocks[16:])
+    assert "found 0.11 s missing before 0.16 s" in refused(lost, tmp_path)
+    for n in range(3, 18):  # all at once, with the one after them
+        late = {"header": blocks[18][3]["header"]} if kind == ROS_SOUND_STAMPED else {}
+        blocks[n] = (*blocks[n][:2], blocks[18][2], blocks[n][3] | late)
+    files = extract_files(Bag(ros_bag(tmp_path / "late", types, raw(types, 5), blocks)), tmp_path)
+    assert len(soundfile.read(files.audio)[0]) == 8820
+
+
 def refused(bag, tmp_path, *options):
     """Return the sentence with which an import of a bag is refused; nothing is left behind."""
     command = ["import", bag, "--session", tmp_path / "S", "--texture", "4", "--speed", "60"]
@@ -232,6 +246,14 @@ def refused(bag, tmp_path, *options):
         cli.app([*map(str, command), *options], standalone_mode=False)
     assert not (tmp_path / "S").exists()
     return str(raised.value)
+
+
+@pytest.mark.parametrize(("key", "found"), [("coding_format", "mp3"), ("sample_format", "F32LE")])
+def test_sound_that_is_no_16_bit_samples_is_refused(types, tmp_path, key, found):
+    info = [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, INFO | {key: found})]
+    sound = heard(types, np.zeros((900, 2), np.int16))
+    bag = ros_bag(tmp_path / "bag", types, raw(types, 5), sound, info=info)
+    assert f"S16LE, found '{found}'" in refused(bag, tmp_path)
 
 
 def test_bags_that_can_t_be_imported_are_refused_in_a_sentence(types, tmp_path, rig):
