@@ -84,7 +84,7 @@ class LivePipeline:
         Raises
         ------
         InputError
-            If there is no source.
+            If there is no source, or its sound has too few samples a second for a spectrum.
         """
         check_offset(audio_offset_s)
         rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
@@ -97,7 +97,7 @@ class LivePipeline:
         if "video" in rates:
             video = VideoStream(images or FoundImages(), rates["video"])
         if "audio" in rates:
-            audio = AudioStream(SpectralEncoding(), rates["audio"], offset_s=audio_offset_s)
+            audio = _listening(rates["audio"], audio_offset_s)
         return cls(video, audio)
 
     @property
@@ -148,6 +148,18 @@ class LivePipeline:
             yield from stream.interrupt(event)
         else:
             yield from stream.feed(event)
+
+
+def _listening(rate_hz: float, offset_s: float) -> AudioStream:
+    """Return a stream without models."""
+    encoding = SpectralEncoding()
+    try:
+        return AudioStream(encoding, rate_hz, offset_s=offset_s)
+    except InputError as error:  # of options that only 'extract' and 'evaluate' have
+        least_hz = 2 * encoding.model_bins / encoding.window_s
+        raise InputError(
+            f"--audio: expected sound of at least {least_hz:g} Hz, found {rate_hz:g}; leave it out"
+        ) from error
 
 
 def check_offset(audio_offset_s: float) -> None:

@@ -12,6 +12,7 @@ import soundfile
 from rich.console import Console
 
 from afferents.dims import SA1
+from afferents.errors import InputError
 from afferents.live import (
     CameraFrame,
     FoundImages,
@@ -250,6 +251,11 @@ def test_a_file_from_the_command_line(run, session, sounds, tmp_path):
     code, out, _ = run("live", "--video", video, "--speed", "max", "--sensor", "tip_b")
     assert code == 0
     assert "Sensor 'tip_b': square layout" in " ".join(out.split())
+
+
+def test_sound_without_a_spectrum_is_refused_by_the_option_that_live_has():
+    with pytest.raises(InputError, match="--audio: expected sound of at least 400 Hz, found 300"):
+        LivePipeline.without_models([Played([], "audio", 300.0)])
 
 
 @pytest.mark.parametrize(("declared", "heard"), [({"sensor_channel": 0}, 0), (None, 2)])
