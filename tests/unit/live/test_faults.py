@@ -231,7 +231,7 @@ def test_an_error_of_a_source_reaches_who_takes_its_events():
 
 def test_a_camera_that_does_not_take_the_model_s_rate_is_refused(seeing):
     camera = Camera("testsrc2=size=640x480:rate=60", 90, 640, 480, driver="lavfi")
-    with pytest.raises(InputError, match="expected 90 frames/s, as the model .* found 60"):
+    with pytest.raises(InputError, match=r"expected 90 frames/s, as the model .* found 60"):
         check_sources([camera], seeing)
     camera.close()
 

@@ -202,6 +202,8 @@ def test_the_page_is_given_all_of_it_as_json(moving):
         page.take(prediction)
     named = [(one["model"], one["textures"]) for one in page.hello()["models"]]
     assert named == [("camera", []), ("microphone", [])]
+    assert page.state()["video"]["rate_hz"] == pytest.approx(FPS)
+    assert page.state()["audio"]["rate_hz"] == RATE_HZ
 
     def refuse(constant):
         raise AssertionError(f"{constant} is no JSON")

@@ -3,7 +3,6 @@
 import json
 import math
 import time
-from collections import deque
 from typing import Any
 
 import cv2
@@ -27,34 +26,6 @@ _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
 FRESH_S = 0.025
 """What is drawn up serves all visitors for so long."""
-_RATE_OVER_S = 10.0
-"""Rates are those of so many seconds."""
-
-
-class Rate:
-    """How often something happens, Hz: the slope of a line through the counts of ten seconds.
-
-    Counts of one second flicker: frames are whole, and blocks of sound come early or late.
-    """
-
-    def __init__(self) -> None:
-        """Start counting."""
-        self._counts: deque[tuple[float, int]] = deque()
-        self._fitted_s, self.hz = -math.inf, 0.0
-
-    def seen(self, total: int) -> float:
-        """Return the rate, given how often it has happened in all; a new one every second."""
-        now_s = time.monotonic()
-        if total == 0:  # the source has not begun
-            self._counts.clear()
-        self._counts.append((now_s, total))
-        while now_s - self._counts[0][0] > _RATE_OVER_S:
-            self._counts.popleft()
-        if now_s - max(self._fitted_s, self._counts[0][0]) >= 1:
-            self._fitted_s = now_s
-            times_s, counts = np.array(self._counts).T
-            self.hz = float(np.polyfit(times_s - now_s, counts, 1)[0])
-        return self.hz
 
 
 class Snapshots:
@@ -70,7 +41,6 @@ class Snapshots:
         """Nothing has come yet."""
         self._pipeline = pipeline
         self._predictions: dict[str, tuple[Prediction, float]] = {}
-        self._frames, self._samples = Rate(), Rate()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self._newest: tuple[str, bytes | None] = "", None
         self._drawn_s = -math.inf
@@ -121,7 +91,7 @@ class Snapshots:
             return None
         newest, picture = video.newest, video.picture
         content: dict[str, Any] = {
-            "rate_hz": round(self._frames.seen(video.counters.frames), 1),
+            "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
             "sensor": video.images.describe(),
             "quality": _in_words(video.quality),
         }
@@ -139,7 +109,7 @@ class Snapshots:
         if audio is None:
             return None
         content: dict[str, Any] = {
-            "rate_hz": round(self._samples.seen(audio.counters.samples)),
+            "rate_hz": round(audio.rate_hz),
             "quality": _in_words(audio.quality),
         }
         if (spectrum := audio.spectrum()) is not None:
