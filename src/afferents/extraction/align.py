@@ -107,9 +107,8 @@ def measure_offset(
     heard = _with_integrals(resample(np.asarray(sound, np.float64), n))
     delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)
     basis, _ = np.linalg.qr(motion)
-    at: Floats = np.arange(n) * (
-        len(sound) / sample_rate_hz / n
-    )  # a whole number of steps rarely fits
+    step_s = np.float64(len(sound) / sample_rate_hz / n)  # a whole number of steps rarely fits
+    at = np.arange(n) * step_s
     explained = np.array([_explained(basis, heard, at, time + delay) for delay in delays])
     best = int(explained[1:-1].argmax()) + 1
     if explained[best] < LEAST_EXPLAINED or best in (1, len(delays) - 2):
