@@ -222,7 +222,10 @@ def _own_models(arguments: Sequence[str]) -> Iterator[Any]:
     texts = [part for text in arguments for part in text.split("=", 1)]
     for flag, names in pairwise(texts):
         if flag == "--config":
-            content = _configured(Path(names), "options by name")
+            try:
+                content = _configured(Path(names), "options by name")
+            except InputError:  # which reading the options says in better words
+                continue
             listed = content.get("models", content.get("model", ""))
             names = listed if isinstance(listed, str) else ",".join(map(str, listed))
         elif flag.removeprefix("--") not in ("models", "model"):  # --set models=FILE.py:NAME

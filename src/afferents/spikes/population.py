@@ -240,8 +240,8 @@ class Spikes:
             raise InputError(f"bins: expected a width of at most {stop_s:g} s, found {width_s:g} s")
         # places of spikes in a flat (trial, unit, bin) array
         cells = np.repeat(np.arange(self.recorded.size), np.diff(self.offsets))
-        bins = np.floor(self.times / width_s + 1e-9).astype(np.int64)
-        inside = bins < n
+        inside = self.times < n * width_s
+        bins = np.minimum(np.floor(self.times / width_s + 1e-9), n - 1).astype(np.int64)
         flat = np.bincount(cells[inside] * n + bins[inside], minlength=self.recorded.size * n)
         counts = flat.reshape(*self.recorded.shape, n).astype(np.float64)
         counts[~self.recorded] = np.nan

@@ -24,8 +24,9 @@ def main(files, places):
     resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), newest=None, picture=None)
+    sight.rate_hz = RATE_HZ
     sight.images = SimpleNamespace(describe=str)
-    sight.quality = SimpleNamespace(figures=list)
+    sight.quality = SimpleNamespace(figures=list, numbers={})
     pipeline = SimpleNamespace(reporters=[], video=sight, audio=None, trains=list)
 
     def predictions():
