@@ -105,6 +105,7 @@ class PortAudioMicrophone(Microphone):
         self._ended.wait(self._settled_s - time.monotonic())
         while not self._blocks.empty():
             self._blocks.get()
+        self._lost_some = False  # before now: nobody listened, and the queue may have been full
         last_s = time.monotonic()
         while not self._ended.is_set():
             try:

@@ -244,8 +244,10 @@ def _write_sound(files: ImportedFiles, target: Path) -> float:
     if start_s <= first_s and files.audio.suffix.lower() == ".wav":
         shutil.copyfile(files.audio, target)
         return start_s
-    with reading_sound(files.audio):
-        samples, rate_hz = soundfile.read(str(files.audio), dtype="int16", always_2d=True)
+    with reading_sound(files.audio):  # read as int16, floats of -1 to 1 would all become 0
+        is_float = soundfile.info(str(files.audio)).subtype in ("FLOAT", "DOUBLE")
+        kind = "float64" if is_float else "int16"
+        samples, rate_hz = soundfile.read(str(files.audio), dtype=kind, always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
     soundfile.write(target, padded, rate_hz, "PCM_16", format="WAV")
@@ -296,12 +298,19 @@ def _read_earlier(
 
 def _note(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]) -> None:
     """Write `session.json`: what is not there of the grid are holes."""
+    # Repetitions lie one deeper; what was put aside, below a dot.
+    folders = ("[!.]*/*", "[!.]*/*/*")
     runs = {
-        f"{path.parts[-3]}/{path.parts[-2]}": read_json(path, "a run")["checksums"]
-        for path in sorted(session.glob(f"*/*/{RUN}"))
+        path.parent.relative_to(session).as_posix(): read_json(path, "a run")["checksums"]
+        for path in sorted(path for folder in folders for path in session.glob(f"{folder}/{RUN}"))
     }
-    there = {tuple(name.split("/")) for name in runs}
+    there = {(texture, float(speed)) for texture, speed, *_ in (name.split("/") for name in runs)}
     grid = {(texture, speed) for texture, _ in there for _, speed in there}
-    holes = [[texture, float(speed)] for texture, speed in sorted(grid - there)]
-    content = {**declared, **earlier, "holes": holes, "checksums": runs}
+    grid |= {(str(texture), float(speed)) for texture, speed in earlier.get("holes", ())}
+    content = {
+        **declared,
+        **earlier,
+        "holes": sorted(map(list, grid - there)),
+        "checksums": {**earlier.get("checksums", {}), **runs},
+    }
     write_json(session / SESSION_FILE, content)

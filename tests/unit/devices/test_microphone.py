@@ -126,6 +126,14 @@ def test_what_is_heard_just_after_opening_is_thrown_away(opened):
     assert block.samples[0, 0] >= 200
 
 
+def test_what_was_lost_before_anybody_listened_is_no_loss(opened):
+    microphone, stream = opened(PortAudio(), buffer_s=0.1, block_s=0.025)
+    for _ in range(6):  # four fit: somebody changes the drum
+        stream.give()
+    (block,) = taken(microphone, stream.give, 1)
+    assert not block.overflowed
+
+
 def test_a_converter_without_a_clock_is_counted(opened):
     microphone, stream = opened(PortAudio(clock=False))
     blocks = taken(microphone, lambda: [stream.give() for _ in range(10)], 10)

@@ -1,5 +1,7 @@
 """Recordings made elsewhere: their frames stay, their own times count."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -38,6 +40,35 @@ def test_the_true_times_count(files, tmp_path, start_s):
     np.testing.assert_allclose([f.time_s for f in found], time_s - begun_s, atol=2e-6)
     for one, other in zip(found, VideoFile(video).frames(), strict=True):
         np.testing.assert_array_equal(one.luma, other.luma)
+
+
+@pytest.mark.parametrize("subtype", ["FLOAT", "DOUBLE", "PCM_24"])
+def test_sound_that_begins_late_stays_as_loud_as_it_was(files, tmp_path, subtype):
+    video, audio, times, time_s = files
+    heard = 0.5 * np.sin(np.arange(8000) / 5)
+    soundfile.write(audio, heard, 8000, subtype)
+    afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40, time_s[0] + 0.2)
+    written, _ = soundfile.read(tmp_path / "S/4/40/audio.wav")
+    np.testing.assert_allclose(written[1600:], heard, atol=1e-4)
+    assert not written[:1600].any()
+
+
+def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
+    video, audio, times, _ = files
+    session = tmp_path / "S"
+    afferents.import_recording(video, audio, times, session, "4", 40)
+    (session / "4/40").rename(session / "once")
+    (session / "4/40").mkdir()
+    (session / "once").rename(session / "4/40/1")
+    file = session / "session.json"
+    said = json.loads(file.read_text())
+    sums = {"4/40/1": said["checksums"]["4/40"]}
+    file.write_text(json.dumps({**said, "checksums": sums, "holes": [["4", 60.0], ["0", 40.0]]}))
+    afferents.import_recording(video, audio, times, session, "0", 40)
+    said = json.loads(file.read_text())
+    assert said["checksums"]["4/40/1"] == sums["4/40/1"]
+    assert [*said["checksums"]] == ["4/40/1", "0/40"]
+    assert said["holes"] == [["4", 60.0]]
 
 
 def test_a_second_one_joins_the_session(files, tmp_path):
