@@ -22,14 +22,13 @@ from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.run import AUDIO, VIDEO
-from afferents.recorder.session import RUN
+from afferents.recorder.session import RUN, require_same_rates
 from afferents.recordings.audio import reading_sound
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
 
 TIME, SEQUENCE = "time_s", "sequence"
-_DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
 
 
 def import_recording(
@@ -288,11 +287,7 @@ def _read_earlier(
         require_new_folder(session, "a new session")
         return {}
     earlier = read_json(path, "a session file")
-    for key in _DECLARED:
-        before, now = earlier.get(key), declared.get(key)
-        if before is None or now is None or abs(before - now) <= 0.1 * before * (key == "fps_hz"):
-            continue
-        raise InputError(f"{files.where}: expected {key} {before:g}, as in {path}, found {now:g}")
+    require_same_rates(files.where, path, earlier, declared)
     return earlier
 
 

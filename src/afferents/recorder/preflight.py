@@ -74,8 +74,17 @@ _FULL = 32768
 _BYTES = 2
 
 
-def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> list[Check]:
+def preflight(
+    devices: Devices, plan: Plan, sensor: Sensor, session: Path, n_runs: int
+) -> list[Check]:
     """Look at everything for a moment, and turn the drum at every speed.
+
+    Parameters
+    ----------
+    session
+        Where runs are written.
+    n_runs
+        How many are to be recorded: there must be room for them.
 
     Raises
     ------
@@ -90,7 +99,7 @@ def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> li
     if devices.microphone is not None:
         checks += _sound(devices, blocks, plan)
     checks += _clocks(devices, *arrived, plan)
-    checks.append(_disk(devices, frames, plan, session))
+    checks.append(_disk(devices, frames, n_runs * plan.total_s, session))
     return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
 
 
@@ -202,14 +211,14 @@ def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
     ]
 
 
-def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> Check:
+def _disk(devices: Devices, frames: list[Frame], seconds: float, session: Path) -> Check:
     sound = devices.sound
     a_second = devices.camera.settings.fps_hz * (
         sum(len(frame.data) for frame in frames) / max(1, len(frames))
     )
     if sound is not None:
         a_second += sound.rate_hz * sound.channels * _BYTES
-    needed = MARGIN * a_second * plan.total_s * len(plan.entries())
+    needed = MARGIN * a_second * seconds
     free = free_bytes(session)
     found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
     return Check("disk", free > needed, found, "make room, or record to another disk")

@@ -18,7 +18,7 @@ from afferents.recorder.gate import Check, check_run, count_frames
 from afferents.recorder.plan import Entry, Plan, read_plan
 from afferents.recorder.preflight import preflight
 from afferents.recorder.rehearsal import Bench, simulate_devices
-from afferents.recorder.run import DiskFullError, Run
+from afferents.recorder.run import DiskFullError, RedoAskedError, Run
 from afferents.recorder.session import AGAIN, RecordedSession
 from afferents.recorder.taps import describe_sound_times, measure_taps
 from afferents.recorder.watch import NEXT, REDO, OnceMoreError, Watch
@@ -222,8 +222,9 @@ class Recorder:
     def check(self, session: Path) -> list[Check]:
         """Make the preflight alone."""
         with open_devices(self.devices, self.plan, self.path):
-            self.mount(self.plan.entries()[0], 0)
-            return preflight(self.devices, self.plan, self.sensor, session)
+            entries = self.plan.entries()
+            self.mount(entries[0], 0)
+            return preflight(self.devices, self.plan, self.sensor, session, len(entries))
 
     def record(self, session: Path, progress: Progress, again: Collection[str] = ()) -> Recorded:
         """Record every run of the plan that the session does not hold yet.
@@ -257,7 +258,7 @@ class Recorder:
             n_done = len(kept.finished - {entry.name for entry in todo})
             self.watch.opened(self.devices, self.plan, session, n_done, n_done + len(todo))
             self._prepare(todo[0], 0)
-            checks = preflight(self.devices, self.plan, self.sensor, session)
+            checks = preflight(self.devices, self.plan, self.sensor, session, len(todo))
             self._outcome.preflight = checks
             self._require_ready(checks)
             kept.begin(self.devices)
@@ -355,6 +356,8 @@ class Recorder:
             drum = plan.drum(kept.opened, entry.texture)
             log = Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
             self.watch.judge()
+            if self.watch.wants_redo:  # asked for after the drive was read last
+                raise RedoAskedError
         except AfferentsError as error:
             self._put_aside(folder, entry, str(error))
             if isinstance(error, DiskFullError):
@@ -362,8 +365,9 @@ class Recorder:
                     f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
                     "command then goes on; what is finished is kept"
                 ) from error
-            devices.reopen()
-            kept.open()
+            if not isinstance(error, RedoAskedError):  # else the drum's positions count on
+                devices.reopen()
+                kept.open()
             return str(error)
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")

@@ -44,6 +44,14 @@ class DiskFullError(RunFailedError):
     """What is recorded can't be written: the next run would fail as well."""
 
 
+class RedoAskedError(RunFailedError):
+    """Somebody wants it once more: no device has failed."""
+
+    def __init__(self) -> None:
+        """Say it."""
+        super().__init__("somebody asked for it once more")
+
+
 class Run:
     """Makes one run in a folder.
 
@@ -163,7 +171,7 @@ class Run:
             self._note(self._devices.drive.read(), elapsed_s)
             self._watch.heed()
             if self._watch.wants_redo:
-                raise RunFailedError("somebody asked for it once more")
+                raise RedoAskedError
             clock.wait(LOOK_S, self._over)
 
     def _note(self, state: DriveState, elapsed_s: float) -> None:

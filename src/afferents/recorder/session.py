@@ -11,7 +11,7 @@ from typing import Any
 
 from afferents.documents import read_json
 from afferents.errors import InputError
-from afferents.files import checksum, naming, remove, require_same_config, write_json
+from afferents.files import Place, checksum, naming, remove, require_same_config, write_json
 from afferents.markers.sensor import packaged_sensors
 from afferents.outputs import require_new_folder
 from afferents.recorder.devices import Devices
@@ -89,13 +89,19 @@ class RecordedSession:
         return {name for name in names if (self.root / name / RUN).is_file()}
 
     def begin(self, devices: Devices) -> None:
-        """Write what the session is; put aside what an earlier program left unfinished."""
+        """Write what the session is; put aside what an earlier program left unfinished.
+
+        Raises
+        ------
+        InputError
+            If devices give other rates, sizes or channels than those of the runs that are there.
+        """
         camera = devices.camera.settings
         sound = devices.sound
         channels = sound.channels if sound else 2
         with naming(self.root):
             self.root.mkdir(parents=True, exist_ok=True)
-        self._content = {
+        earlier, self._content = self._content, {
             "simulated": self._simulated,
             "sample_rate_hz": sound.rate_hz if sound else 44100,
             "audio_channels": channels,
@@ -115,6 +121,8 @@ class RecordedSession:
                 "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
             },
         }  # fmt: skip
+        if self.finished:
+            require_same_rates("the devices", self._file, earlier, self._content)
         self._save()
         for left in sorted(self.root.glob(f"{RUNNING}-*")):
             name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
@@ -191,6 +199,26 @@ class RecordedSession:
         sums = {name: said.pop(_SUMS) for name, said in about.items()}
         holes = sorted(map(list, missing))
         write_json(self._file, {**self._content, "holes": holes, _SUMS: sums, _RUNS: about})
+
+
+_DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
+
+
+def require_same_rates(
+    where: Place, file: Path, before: Mapping[str, Any], now: Mapping[str, Any]
+) -> None:
+    """Refuse what has other rates or sizes than a session's file says: it says them of all runs.
+
+    Raises
+    ------
+    InputError
+        Naming the first that differs; frame rates may by a tenth.
+    """
+    for key in _DECLARED:
+        one, other = before.get(key), now.get(key)
+        if one is None or other is None or abs(one - other) <= 0.1 * one * (key == "fps_hz"):
+            continue
+        raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")
 
 
 _MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")

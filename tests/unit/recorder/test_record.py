@@ -12,15 +12,19 @@ import pytest
 import soundfile
 
 import afferents
-from afferents.devices import ByHand
+from afferents.devices import ByHand, MicrophoneSettings
 from afferents.errors import InputError
 from afferents.folds.held_out import split_named
 from afferents.inspection.inspect import inspect
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
+from afferents.recorder.devices import Devices, open_devices
+from afferents.recorder.gate import Check
 from afferents.recorder.plan import read_plan
 from afferents.recorder.record import Recorder
 from afferents.recorder.rehearsal import Bench, simulate_devices
+from afferents.recorder.session import RecordedSession
+from afferents.recorder.watch import Watch
 from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
@@ -234,6 +238,51 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
     shutil.copytree(session, tmp_path / "S")
     shutil.rmtree(tmp_path / "S" / "4")
     assert made(begin(), tmp_path / "S").recorded == [RUN]
+
+
+def test_devices_of_other_rates_make_no_runs_of_a_session(begin, faulty, tmp_path):
+    shutil.copytree(faulty[0], tmp_path / "S")
+    before, recorder = (tmp_path / "S/session.json").read_bytes(), begin()
+    kept = RecordedSession(tmp_path / "S", recorder.plan, simulated=True)
+    with open_devices(recorder.devices, recorder.plan, recorder.path):
+        recorder.devices.microphone.settings = MicrophoneSettings("another", 48_000.0, 2)
+        with pytest.raises(InputError, match=r"sample_rate_hz 44100, as in .*json, found 48000"):
+            kept.begin(recorder.devices)
+    assert (tmp_path / "S/session.json").read_bytes() == before
+
+
+def test_there_must_be_room_for_what_is_still_missing(begin, tmp_path, monkeypatch):
+    recorder, session, asked = begin(), tmp_path / "S", []
+    plan = recorder.plan.model_copy(update={"speeds_mm_s": (60.0, 80.0)})
+    with open_devices(recorder.devices, plan, recorder.path):
+        RecordedSession(session, plan, simulated=True).begin(recorder.devices)
+    (session / "4/80").mkdir(parents=True)
+    (session / "4/80/run.json").write_text('{"checksums": {}}')
+    monkeypatch.setattr(
+        "afferents.recorder.record.preflight",
+        lambda *given: asked.append(given[-1]) or [Check("all", False, "enough")],
+    )
+    with pytest.raises(InputError, match="enough"):
+        made(replace(recorder, plan=plan), session)
+    assert asked == [1]
+
+
+class AskedLate(Watch):
+    """Somebody wants the first attempt once more just after the drive was read last."""
+
+    asked = False
+
+    def judge(self):
+        self.wants_redo, self.asked = not self.asked, True
+        super().judge()
+
+
+def test_once_more_opens_no_device_anew_and_is_not_lost_at_the_end(begin, tmp_path, monkeypatch):
+    monkeypatch.setattr(Devices, "reopen", lambda *_: pytest.fail("no device was gone"))
+    outcome = made(replace(begin(redo=0), watch=AskedLate()), tmp_path / "S")
+    ((_, why),) = outcome.attempts_aside
+    assert why == "somebody asked for it once more"
+    assert outcome.recorded == [RUN]
 
 
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
