@@ -11,6 +11,7 @@ from typing import Any
 from afferents.devices.base import (
     Block,
     Camera,
+    Device,
     DeviceError,
     Drive,
     Frame,
@@ -18,7 +19,7 @@ from afferents.devices.base import (
     MicrophoneSettings,
 )
 from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
-from afferents.errors import InputError
+from afferents.errors import AfferentsError, InputError
 from afferents.recorder.files import HEADER_BYTES, SAMPLE_BYTES
 from afferents.recorder.plan import Plan
 
@@ -26,6 +27,10 @@ SIMULATED = "simulated"
 """Kind of the devices of a dry run."""
 PATIENCE_S = 5.0
 """Camera and microphone give something, and end when they are told to, within this time."""
+PLUGGED_IN_S = 60.0
+"""A device that went away is waited for so long,"""
+AGAIN_S = 1.0
+"""and tried this often."""
 _LONGEST_BYTES = 0xFFFFFFFF - HEADER_BYTES
 """A wav says in 32 bits how much there is."""
 
@@ -113,12 +118,41 @@ class Devices:
             for thread in threads:
                 thread.join(PATIENCE_S)
 
-    def reopen(self) -> None:
-        """Let go of the devices and open them again: one may have been unplugged."""
+    def reopen(self, heed: Callable[[], None], note: Callable[[str], None]) -> None:
+        """Let go of the devices and open them again: one may have been unplugged.
+
+        Parameters
+        ----------
+        heed
+            Called while one is waited for; raises to end that.
+        note
+            Called with why one can't be opened yet.
+
+        Raises
+        ------
+        InputError
+            If one can't be opened for a minute.
+        """
         for device in (self.camera, self.microphone, self.drive):
             if device is not None:
                 device.close()
-                device.open()
+                _open_patiently(device, heed, note)
+
+
+def _open_patiently(device: Device, heed: Callable[[], None], note: Callable[[str], None]) -> None:
+    """Open a device as soon as it can be."""
+    latest_s, said = time.monotonic() + PLUGGED_IN_S, ""
+    while True:
+        heed()
+        try:
+            return device.open()
+        except AfferentsError as error:
+            if time.monotonic() > latest_s:
+                raise
+            if str(error) != said:
+                said = str(error)
+                note(f"{said}; waiting {PLUGGED_IN_S:g} s at most until it is plugged in")
+        time.sleep(AGAIN_S)
 
 
 def make_devices(plan: Plan, path: Path) -> Devices:

@@ -366,7 +366,7 @@ class Recorder:
                     "command then goes on; what is finished is kept"
                 ) from error
             if not isinstance(error, RedoAskedError):  # else the drum's positions count on
-                devices.reopen()
+                devices.reopen(self.watch.heed, self._note)
                 kept.open()
             return str(error)
         except BaseException:

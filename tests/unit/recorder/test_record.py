@@ -22,7 +22,7 @@ from afferents.recorder.devices import Devices, open_devices
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import read_plan
 from afferents.recorder.record import Recorder
-from afferents.recorder.rehearsal import Bench, simulate_devices
+from afferents.recorder.rehearsal import Bench, SimulatedCamera, simulate_devices
 from afferents.recorder.session import RecordedSession
 from afferents.recorder.watch import Watch
 from afferents.recordings.session import read_session
@@ -265,6 +265,33 @@ def test_there_must_be_room_for_what_is_still_missing(begin, tmp_path, monkeypat
     with pytest.raises(InputError, match="enough"):
         made(replace(recorder, plan=plan), session)
     assert asked == [1]
+
+
+def test_an_unplugged_device_is_waited_for(begin, tmp_path, monkeypatch):
+    tried, opened = [], SimulatedCamera.open
+
+    def open_late(camera):
+        tried.append(camera)
+        if len(tried) in (2, 3, 4):
+            raise InputError(f"there is no camera, try {len(tried) // 3}")
+        opened(camera)
+
+    monkeypatch.setattr(SimulatedCamera, "open", open_late)
+    monkeypatch.setattr("afferents.recorder.devices.AGAIN_S", 0.0)
+    recorder = begin(redo=1, camera="unplugged_at = 90")
+    assert made(recorder, tmp_path / "S").recorded == [RUN]
+    notes = [note for note in recorder.watch.state()["notes"] if "no camera" in note]
+    assert [note[:27] for note in notes] == [f"there is no camera, try {n}; " for n in (0, 1)]
+    del tried[1:]
+    monkeypatch.setattr("afferents.recorder.devices.PLUGGED_IN_S", -1.0)
+    with pytest.raises(InputError, match="no camera"):
+        recorder.devices.reopen(lambda: None, str)
+    with pytest.raises(KeyboardInterrupt):
+        recorder.devices.reopen(interrupt, str)
+
+
+def interrupt():
+    raise KeyboardInterrupt
 
 
 class AskedLate(Watch):
