@@ -97,7 +97,7 @@ class CameraSettings:
     width, height
         Size, px.
     fps_hz
-        Frames a second that it says it gives.
+        Frames a second that it says it gives; where it says none, those asked for, or NaN.
     controls
         Name of each control to its value, in the driver's units.
     unknown

@@ -82,10 +82,10 @@ class PortableCamera(Camera):
                 f"x {found[1]} px; ask for a size that it has"
             )
         self._container = container
+        rate = stream.guessed_rate or stream.average_rate or options.fps_hz or "nan"
         self.settings = CameraSettings(
-            options.device, _format(stream) or "GREY", *found,
-            float(stream.guessed_rate or stream.average_rate or 0) or float("nan"), {}, UNKNOWN,
-        )  # fmt: skip
+            options.device, _format(stream) or "GREY", *found, float(rate), {}, UNKNOWN
+        )
 
     def close(self) -> None:
         """Let it go."""
@@ -124,7 +124,8 @@ class PortableCamera(Camera):
                 mode = mode | {"video_size": f"{options.width}x{options.height}"}
             if options.fps_hz is not None:
                 mode = mode | {"framerate": f"{options.fps_hz:g}"}
-            # Each reader has its own word for JPEG, and refuses one that it does not know.
+            # Readers have words of their own for JPEG, and pass over one that they do not know; a
+            # camera that can't be opened with one is tried without.
             asked = [mode | {"input_format": "mjpeg"}, mode | {"vcodec": "mjpeg"}, mode]
         for wanted in asked:
             try:

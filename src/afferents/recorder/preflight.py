@@ -1,12 +1,11 @@
-"""Before a plan: whether devices, clocks, light, sound, disk and drive are fit for it."""
+"""Before a plan: whether devices, light, sound, disk and drive are fit for it."""
 
 import threading
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from afferents.devices.base import Block, Frame
+from afferents.devices.base import Block, CameraSettings, Frame
 from afferents.devices.picture import picture_of
 from afferents.files import free_bytes
 from afferents.markers.detect import detect, spacing_px
@@ -16,60 +15,15 @@ from afferents.recorder.devices import Devices
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import Plan
 from afferents.recorder.run import WARM_UP
-from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Drift
+from afferents.recordings.run_log import SURE
 from afferents.store.recording import GreyImage, as_grey
-
-_PARTS = 6
-"""Of the time that was looked at; in each, what arrived with the least delay counts."""
-
-
-def fit_drift(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
-    """Return how a clock drifts, from its times and when this machine heard of them, s.
-
-    What arrives late says nothing of the clock: of each sixth of the time only what arrived soonest
-    is taken, and a straight line is laid through these.
-
-    Examples
-    --------
-    >>> own = [0.01 * n for n in range(150)]
-    >>> fit_drift(own, [1.001 * t + 0.005 for t in own]).said()
-    '-999 ppm (error 0)'
-    """
-    late_s = np.array(arrived_s) - np.array(own_s)
-    parts = np.array_split(np.arange(len(late_s)), _PARTS)
-    soonest = [part[np.argmin(late_s[part])] for part in parts]
-    at_s, ahead_s = np.array(arrived_s)[soonest], late_s.mean() - late_s[soonest]
-    line, covariance = np.polyfit(at_s - at_s.mean(), ahead_s, 1, cov=True)
-    return Drift(float(line[0]), float(covariance[0, 0] ** 0.5))
-
-
-def check_clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float) -> Check:
-    """Judge whether sound and picture stay together for a run.
-
-    The camera's is the clock of its frames' times, the microphone's that of its samples.
-    """
-    limit = LIMIT_FRAMES / fps_hz / run_s
-    said = f"camera {camera.said()}"
-    apart = camera
-    if microphone is not None:
-        apart = Drift(
-            camera.share - microphone.share, float(np.hypot(camera.error, microphone.error))
-        )
-        said += f", microphone {microphone.said()} from this machine's, {apart.said()} apart"
-    else:
-        said += " from this machine's"
-    passes = abs(apart.share) <= limit + SURE * apart.error
-    found = f"{said}; half a frame in a run is {1e6 * limit:.0f} ppm"
-    return Check("clocks", passes, found, "make runs shorter, or take another sound card or camera")
-
 
 LOOKED_S = 1.5
 RATE = 0.02
-"""How far a measured rate may lie from the one that was read back, as a share."""
+"""How far a measured rate may lie from the one that was read back, as a share; of a camera no
+slower than what a run may lose, or each run would be refused."""
 MARGIN = 1.2
 _REACHED_S = 2.0
-_ENOUGH = 24
-"""Frames or blocks from which a drift can be told."""
 _FULL = 32768
 _BYTES = 2
 
@@ -93,66 +47,48 @@ def preflight(
     InputError
         If one refuses what it is asked for.
     """
-    arrived = _take(devices)
-    frames, blocks = [frame for _, frame in arrived[0]], [block for _, block in arrived[1]]
-    checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
+    frames, blocks = _take(devices)
+    checks = [check_rate(devices.camera.settings, frames, plan)]
+    checks.append(_picture(devices, frames, sensor))
     if devices.microphone is not None:
         checks += _sound(devices, blocks, plan)
-    checks += _clocks(devices, *arrived, plan)
     checks.append(_disk(devices, frames, n_runs * plan.total_s, session))
-    return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
+    return checks + check_speeds(devices, plan)
 
 
-Frames = list[tuple[float, Frame]]
-Blocks = list[tuple[float, Block]]
-"""With when each arrived, s."""
-
-
-def _take(devices: Devices) -> tuple[Frames, Blocks]:
+def _take(devices: Devices) -> tuple[list[Frame], list[Block]]:
     """Take frames and sound for a while, side by side."""
-    frames: Frames = []
-    blocks: Blocks = []
-    faults, now = list[Exception](), devices.clock.now
-    with devices.stream(
-        lambda frame: frames.append((now(), frame)),
-        lambda block: blocks.append((now(), block)),
-        faults.append,
-    ):
+    frames, blocks, faults = list[Frame](), list[Block](), list[Exception]()
+    with devices.stream(frames.append, blocks.append, faults.append):
         devices.clock.wait(LOOKED_S, threading.Event())
     if faults:
         raise faults[0]
     return frames, blocks
 
 
-def _clocks(devices: Devices, frames: Frames, blocks: Blocks, plan: Plan) -> list[Check]:
-    """Compare the clocks of camera and microphone with this machine's, where both gave enough."""
-    frames = frames[WARM_UP:]
-    if len(frames) < _ENOUGH or (devices.microphone and len(blocks) < _ENOUGH):
-        return []  # said already
-    camera = fit_drift([frame.time_s for _, frame in frames], [at_s for at_s, _ in frames])
-    heard = None
-    if devices.microphone is not None:
-        n = np.cumsum([len(block.samples) for _, block in blocks])
-        own_s = n / devices.microphone.settings.rate_hz
-        heard = fit_drift(own_s.tolist(), [at_s for at_s, _ in blocks])
-    return [check_clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
-
-
-def _rate(devices: Devices, frames: list[Frame]) -> Check:
-    settings = devices.camera.settings
+def check_rate(settings: CameraSettings, frames: list[Frame], plan: Plan) -> Check:
+    """Judge whether the camera gives the rate that it names: by it a run's frames are counted."""
     said = f"{settings.width} x {settings.height} {settings.format} at {settings.fps_hz:g} frames/s"
     frames = frames[WARM_UP:]
     if len(frames) < 3:
         return Check(
             "camera", False, f"{said}, but it gave {len(frames)} frames", "look at its plug"
         )
-    numbers = frames[-1].sequence - frames[0].sequence
-    rate = numbers / (frames[-1].time_s - frames[0].time_s)
-    lost = numbers + 1 - len(frames)
-    passes = abs(rate / settings.fps_hz - 1) <= RATE and lost == 0
+    number = np.array([frame.sequence - frames[0].sequence for frame in frames])
+    time_s = np.array([frame.time_s - frames[0].time_s for frame in frames])
+    (step_s, _), covariance = np.polyfit(number, time_s, 1, cov=True)
+    rate, error = 1 / step_s, covariance[0, 0] ** 0.5 / step_s
+    lost = int(number[-1]) + 1 - len(frames)
+    short = 1 - rate / settings.fps_hz
+    most = min(RATE, plan.tolerance.lost + 1 / (plan.total_s * settings.fps_hz))
+    passes = bool(-RATE <= short <= most + SURE * error and lost == 0)
     unknown = f"; not known: {'; '.join(settings.unknown)}" if settings.unknown else ""
     found = f"{said}, measured {rate:.2f}, {lost} lost{unknown}"
-    return Check("camera", passes, found, "more light, a shorter exposure, or another USB port")
+    do = (
+        "more light, a shorter exposure, another USB port, what it gives as fps_hz, or a wider "
+        "'lost'"
+    )
+    return Check("camera", passes, found, do)
 
 
 def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
@@ -222,6 +158,23 @@ def _disk(devices: Devices, frames: list[Frame], seconds: float, session: Path) 
     free = free_bytes(session)
     found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
     return Check("disk", free > needed, found, "make room, or record to another disk")
+
+
+def check_speeds(devices: Devices, plan: Plan) -> list[Check]:
+    """Turn the drum at every speed, each from rest, as in a run."""
+    checks = []
+    for speed_mm_s in sorted(plan.speeds_mm_s):
+        checks.append(_reaches(devices, speed_mm_s, plan))
+        _wait_for_rest(devices, speed_mm_s, plan)
+    return checks
+
+
+def _wait_for_rest(devices: Devices, speed_mm_s: float, plan: Plan) -> None:
+    """Wait until a drum that was stopped stands, but no longer than it may need to turn."""
+    latest_s = devices.clock.now() + plan.settle_s + _REACHED_S
+    still_mm_s = plan.tolerance.speed * speed_mm_s
+    while abs(devices.drive.read().speed_mm_s) > still_mm_s and devices.clock.now() < latest_s:
+        devices.clock.wait(0.02, threading.Event())
 
 
 def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:

@@ -280,6 +280,7 @@ static int answer(struct camera *c, unsigned long request, void *argument) {
       if (request == VIDIOC_G_CTRL) { a->value = found->value; return 0; }
       if (a->id == V4L2_CID_EXPOSURE_ABSOLUTE && control(c, V4L2_CID_EXPOSURE_AUTO)->value != V4L2_EXPOSURE_MANUAL)
         return EIO; /* as uvcvideo does of a control that is automatic */
+      if (said(c, "stubborn") && a->id == V4L2_CID_EXPOSURE_AUTO) return EIO;
       found->value = a->value < found->least ? found->least : a->value > found->most ? found->most : a->value;
       return 0;
     }

@@ -214,7 +214,11 @@ def _described(form: abi.Format) -> tuple[str, int, int]:
 
 
 def _set_rate(node: Node, fps_hz: float | None) -> float:
-    """Ask for a rate; return the one that the camera says it gives, NaN if it says none."""
+    """Ask for a rate; return the one that the camera says it gives.
+
+    If it says none, it is the one that was asked for, and NaN where none was.
+    """
+    unknown = fps_hz or float("nan")
     rate = abi.StreamParameters(type=abi.VIDEO_CAPTURE)
     try:
         if fps_hz is not None:
@@ -224,10 +228,10 @@ def _set_rate(node: Node, fps_hz: float | None) -> float:
         found = node.ask(abi.G_PARM, abi.StreamParameters(type=abi.VIDEO_CAPTURE))
     except OSError as error:
         if error.errno == errno.ENOTTY:  # a driver without rates
-            return float("nan")
+            return unknown
         raise
     interval = found.parm.capture.timeperframe
-    return interval.denominator / interval.numerator if interval.numerator else float("nan")
+    return interval.denominator / interval.numerator if interval.numerator else unknown
 
 
 def _clock_is_monotonic(node: Node) -> bool:

@@ -193,7 +193,7 @@ NAMES = {
 
 
 class Wanted(NamedTuple):
-    """A control that was asked for: its number, its value, and what it is called in a plan."""
+    """A control to be set: its number, its value, and what it is called in a plan, if it is."""
 
     control: int
     value: int
@@ -215,7 +215,7 @@ def fix_controls(node: Node, wanted: list[Wanted]) -> dict[str, float]:
     """
     for control, value in FIXED.items():
         if _range(node, control) is not None:
-            _set(node, Wanted(control, value, NAMES[control]))
+            _set(node, Wanted(control, value, ""))
     for one in wanted:
         span = _range(node, one.control)
         if span is None:
@@ -252,7 +252,9 @@ def _set(node: Node, wanted: Wanted, may_be: str = "") -> None:
         took = f"{found}, which it took instead"
     except OSError as error:
         took = f"a refusal: {error.strerror}"
+    option = wanted.option
+    do = f"change or leave out {option}" if option else "switch it off otherwise, or take another"
     raise InputError(
         f"camera {node.path}: expected {NAMES[wanted.control]} = {wanted.value}, found "
-        f"{took}{may_be}; change or leave out {wanted.option}"
+        f"{took}{may_be}; {do}"
     )

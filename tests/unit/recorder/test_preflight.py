@@ -1,0 +1,93 @@
+"""Before a plan: what is refused there would be refused after every run."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from afferents.devices.base import CameraSettings, DriveState, Frame
+from afferents.recorder.plan import Plan
+from afferents.recorder.preflight import check_rate, check_speeds
+
+
+def planned(**more):
+    return Plan(textures=["4"], speeds_mm_s=[80, 100], camera={}, **{"seconds": 58.5} | more)
+
+
+def frames(rate_hz, jitter_s=0.0, seed=0):
+    """A second and a half of a camera, each frame late by some."""
+    late_s = np.random.default_rng(seed).exponential(jitter_s, round(1.5 * rate_hz))
+    return [Frame(n, n / rate_hz + late, False, b"") for n, late in enumerate(late_s.tolist())]
+
+
+def checked(said_hz, seen, **plan):
+    return check_rate(CameraSettings("mine", "MJPG", 640, 480, said_hz), seen, planned(**plan))
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "plan", "passes"),
+    [
+        (90, {}, True),
+        (89.5, {}, False),  # 30 frames too few in each run
+        (89.5, {"tolerance": {"lost": 0.01}}, True),
+        (89.5, {"seconds": 1.0}, True),  # one frame too few is none
+        (90.5, {}, True),
+        (87, {"tolerance": {"lost": 0.5}}, False),
+        (93, {}, False),
+    ],
+)
+def test_a_camera_too_slow_for_the_runs_is_refused_before_them(rate_hz, plan, passes):
+    assert checked(90.0, frames(rate_hz), **plan).passes == passes
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_frames_that_are_late_now_and_then_are_no_slow_camera(seed):
+    assert checked(90.0, frames(90, 0.003, seed)).passes
+
+
+def test_a_camera_that_names_no_rate_is_refused_with_what_to_do():
+    line = checked(math.nan, frames(90)).describe()
+    assert line.startswith("NO   camera: 640 x 480 MJPG at nan frames/s, measured 90.00")
+    assert "what it gives as fps_hz" in line
+
+
+class Clock:
+    """Goes on when it is waited for."""
+
+    at_s = 0.0
+
+    def now(self):
+        return self.at_s
+
+    def wait(self, seconds, ended):
+        self.at_s += seconds
+
+
+class Motor:
+    """Gets faster and slower by 60 mm/s in a second."""
+
+    def __init__(self, clock):
+        self.clock, self.aim_mm_s, self.speed_mm_s, self.seen_s = clock, 0.0, 0.0, 0.0
+
+    def start(self, speed_mm_s):
+        self.read()
+        self.aim_mm_s = speed_mm_s
+
+    def stop(self):
+        self.start(0.0)
+
+    def read(self):
+        most = 60 * (self.clock.now() - self.seen_s)
+        self.speed_mm_s += float(np.clip(self.aim_mm_s - self.speed_mm_s, -most, most))
+        self.seen_s = self.clock.now()
+        return DriveState(self.seen_s, 0.0, self.speed_mm_s, None)
+
+
+def test_every_speed_is_reached_from_rest():
+    clock = Clock()
+    devices = SimpleNamespace(clock=clock, drive=Motor(clock))
+    first, second = check_speeds(devices, planned(settle_s=1.5))
+    assert first.passes
+    assert second.describe().startswith("NO   speed 100 mm/s: reached after 1.5")
+    assert devices.drive.speed_mm_s < 5  # at rest before the first run
