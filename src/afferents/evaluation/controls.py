@@ -51,7 +51,8 @@ def ask_controls(
             kept_part(one, source, recipe.options.cut)
     except InputError:
         return {}
-    names = ("none", *CONTROLS)
+    # between parts of one recording, labels can't be exchanged
+    names = ("none", *(one for one in CONTROLS if recipe.split.whole or one != "permuted"))
     return {name: _asked(recipe, recordings, source, name, progress) for name in names}
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from importlib.util import find_spec
 from inspect import isclass
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,8 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     if colon and name in PACKAGED:
         return Described(path, PACKAGED[name])
     there = Path(wanted)
-    if colon and re.fullmatch(r"\w+", name) and not there.exists() and len(name) > 1:
+    is_word = re.fullmatch(r"\w\w+", name) and ":" not in path and not there.exists()
+    if colon and is_word and find_spec(name) is None:
         known = ", ".join([*DATA_SETS, *PACKAGED])
         raise InputError(
             f"{wanted}: expected a path, NAME:PATH with a NAME of {known}, or a data set of your "

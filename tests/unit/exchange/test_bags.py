@@ -64,6 +64,8 @@ def test_a_store_of_another_session_is_refused(rig, tmp_path, fails):
     sound = other / NAME / "audio.wav"
     samples, rate_hz = soundfile.read(sound)
     soundfile.write(sound, samples[::-1], rate_hz)
+    about = json.loads((other / "session.json").read_text())
+    (other / "session.json").write_text(json.dumps({**about, "checksums": {}}))
     said = fails("export-mcap", other, tmp_path / "bags", "--store", store)
     assert f"the files of '{NAME}' that the store was extracted from" in said
 
