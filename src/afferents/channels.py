@@ -743,6 +743,8 @@ class SpikeChannel(Channel):
 class MarkerSpikes(SpikeChannel):
     """Of a unit a marker: spikes between a frame and the one before."""
 
+    lookback = 20  # frames after which a unit has forgotten what drove it, all but a hundredth
+
     def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
         """Return the times of frames; the first has as long as the second."""
         time_s = np.asarray(driving[dims.TIME].values, np.float64)
@@ -762,7 +764,7 @@ class Sa1Spikes(MarkerSpikes):
 class Ra1Spikes(MarkerSpikes):
     """Spikes of RA units, one a marker, driven by RA-I."""
 
-    name, title, made_of, afferent, lookback = dims.RA1_SPIKES, "RA-I spikes", dims.RA1, "RA", 1
+    name, title, made_of, afferent = dims.RA1_SPIKES, "RA-I spikes", dims.RA1, "RA"
 
 
 class Ra2Spikes(SpikeChannel):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents.choices import Method, Rest
+from afferents.files import checksum
 from afferents.markers.sensor import Sensor, Sensors
 from afferents.quality.issues import Kind
 from afferents.recordings.check import check_files
@@ -60,6 +61,8 @@ class Extraction:
 
         `recordings` names all that the store is to hold, so that half a store is known as one.
         """
+        clip = session.reference
+        leads = self.rest == "reference" or self.method == "published"
         return {
             "afferents": __version__,
             "session": session.root.resolve().name,
@@ -72,6 +75,7 @@ class Extraction:
             "method": self.method,
             **({} if self.vibration else {"vibration": False}),
             **({} if self.rest == "own" else {"rest": self.rest}),
+            **({"reference": checksum(clip.path)} if leads and clip is not None else {}),
         }
 
 

@@ -92,9 +92,14 @@ class _Flattened(NamedTuple):
 
     def as_ours(self, kernel: Floats) -> Floats:
         """Return a kernel (in, out) with its inputs in our order: rows of the image first."""
-        side = isqrt(len(kernel) // self.channels) if self.of_images else 0
-        if side**2 * self.channels != len(kernel) or not side:
+        if not self.of_images:
             return kernel
+        side = isqrt(len(kernel) // self.channels)
+        if side**2 * self.channels != len(kernel):
+            raise InputError(
+                f"the network: expected square images, whose rows can be told from columns, found "
+                f"{len(kernel) // self.channels} places after the last convolution"
+            )
         maps = kernel.reshape(side, side, self.channels, -1)
         return maps.swapaxes(0, 1).reshape(len(kernel), -1)
 

@@ -21,6 +21,7 @@ from afferents.evaluation.data import open_data
 from afferents.evaluation.evaluate import evaluate
 from afferents.evaluation.fold_files import FoldKey, finished
 from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.recipe import FIELD, lengths_in
 from afferents.evaluation.results import Results, load_results
 from afferents.evaluation.train import Training, train_model
 from afferents.extraction.extract import extract, extract_session
@@ -257,7 +258,8 @@ def _require_known(options: EvaluationOptions) -> None:
         if name not in known:
             expected = "options of extract, of evaluate, or of encodings"
             raise InputError(f"options: expected {expected}, found '{name}'")
-    Encodings().changed(**options.encoding)
+    several = lengths_in(options.encoding.get(FIELD))
+    Encodings().changed(**{n: v for n, v in options.encoding.items() if not several or n != FIELD})
 
 
 def _require_simulated(cut: Cut, size: Size) -> None:

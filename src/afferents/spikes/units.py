@@ -46,7 +46,7 @@ class UnitModel(ABC):
 
     To add one, write `at_rest` and `fire` in a file of its own, name the class in
     `units.UNIT_MODELS`, and give it a table of parameters in each class' TOML file (`sa.toml`,
-    `ra.toml`, `pc.toml`).
+    `ra.toml`, `pc.toml`) and a field for it in `AfferentClass`.
 
     Attributes
     ----------
