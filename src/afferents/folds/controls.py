@@ -17,7 +17,7 @@ from afferents.folds.held_out import Split, order
 from afferents.store.responses import Responses, read_whole, steady_s, textures_of
 
 CONTROLS: dict[str, str] = {
-    "permuted": "labels permuted: recordings of one group exchange their textures",
+    "permuted": "labels permuted: in each group textures are named otherwise",
     "shuffled": "time shuffled: the same values in any order",
     "offsets": "offsets alone: each channel's mean, under noise that is the same in all recordings",
     "amplitudes": "amplitudes alone: noise as loud as each channel, without its mean",
@@ -67,12 +67,14 @@ def _permuted(recordings: Sequence[Responses], split: Split) -> list[Responses]:
             "--control permuted: expected whole recordings to be held out, found --split "
             f"{split.name}, where both sides of a recording would have one false texture"
         )
-    groups, textures = split.by_recording(recordings), textures_of(recordings)
+    groups = split.by_recording(recordings)
+    # in no order of their own: the next coarser drum at the next slower speed may be as loud
+    textures = np.random.default_rng(0).permutation(textures_of(recordings)).tolist()
     rank = {group: n for n, group in enumerate(sorted(set(groups.values()), key=order))}
 
     def named(responses: Responses) -> str:
         place = textures.index(str(responses.attrs[dims.TEXTURE]))
-        return textures[(place + rank[groups[str(responses.attrs["name"])]]) % len(textures)]
+        return str(textures[(place + rank[groups[str(responses.attrs["name"])]]) % len(textures)])
 
     return [one.assign_attrs({dims.TEXTURE: named(one)}) for one in recordings]
 
