@@ -142,6 +142,11 @@ def _toml(text: Any) -> Any:
 _PARSERS = {"JSON": _json, "TOML": _toml}
 
 
+def quoted(text: str) -> str:
+    """Return a text as a TOML file has it."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def _has_deep_key(line: str) -> bool:
     """Tell whether a line has a dotted key of very many parts, which takes tomllib hours."""
     return _DECIMAL.sub("", line).count(".") > DEEPEST and not line.lstrip().startswith("#")

@@ -25,7 +25,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.folds.controls import CONTROLS
+from afferents.folds.controls import CONTROLS, controls_of
 from afferents.models.model import MODELS, Model, models_in
 from afferents.plugins import import_extra
 from afferents.progress import Progress
@@ -90,7 +90,7 @@ def run(
     from afferents.evaluation.run import evaluate
 
     words = [task if isinstance(task, str) else task.name]
-    again = [*words, *(() if data is None else ("--data", str(data)))]
+    words += [] if data is None else ["--data", str(data)]
     task = find_task(task) if isinstance(task, str) else task
     asked = _with_baselines(models)
     own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
@@ -103,8 +103,7 @@ def run(
         question = task.asked_of(plain.recordings, plain.recipe.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
         results = {}
-        whole = plain.recipe.split.whole  # else labels can't be exchanged
-        for control in ("none", *(one for one in CONTROLS if whole or one != "permuted")):
+        for control in ("none", *controls_of(plain.recipe.split)):
             progress.note(f"Control: {CONTROLS[control]}." if control in CONTROLS else task.title)
             chosen = options.model_copy(update={"control": control})
             recipe = replace(plain.recipe, out=folder / control, options=chosen)
@@ -114,7 +113,7 @@ def run(
     for model in plain.recipe.models:
         if model.name not in results["none"].found.models:
             continue
-        entry = _entry(task, question, model, own.get(model.name, ""), again, results)
+        entry = _entry(task, question, model, own.get(model.name, ""), words, results)
         if reason := _knew_labels(entry):
             refused.append(reason)
             continue

@@ -14,7 +14,7 @@ from afferents.evaluation.intervals import bootstrap_unit_of
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
 from afferents.evaluation.summary import accuracies_of
-from afferents.folds.controls import CONTROLS, controlled
+from afferents.folds.controls import controlled, controls_of
 from afferents.models.fit_solved import named_when_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
@@ -51,8 +51,7 @@ def ask_controls(
             kept_part(one, source, recipe.options.cut)
     except InputError:
         return {}
-    # between parts of one recording, labels can't be exchanged
-    names = ("none", *(one for one in CONTROLS if recipe.split.whole or one != "permuted"))
+    names = ("none", *controls_of(recipe.split))
     return {name: _asked(recipe, recordings, source, name, progress) for name in names}
 
 

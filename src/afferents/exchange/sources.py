@@ -49,7 +49,7 @@ def find_recordings(
     session = None if is_group(Path(source)) else read_session(source)
     if session is None and store is not None:
         raise InputError(f"--store: expected a session beside it, found the store {source}")
-    recordings = {} if session is None else recordings_of(session, ())
+    recordings = {} if session is None else {one.name: one for one in session.recordings}
     extracted = source if session is None else store
     stored = () if extracted is None else open_responses(extracted)
     responses = {str(one.attrs["name"]): one for one in stored}

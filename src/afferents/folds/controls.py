@@ -27,6 +27,11 @@ CONTROLS: dict[str, str] = {
 Floats = NDArray[np.floating]
 
 
+def controls_of(split: Split) -> tuple[str, ...]:
+    """Return the controls that can be asked: between parts of a recording labels can't be named."""
+    return tuple(name for name in CONTROLS if split.whole or name != "permuted")
+
+
 def controlled(recordings: Sequence[Responses], control: str, split: Split) -> list[Responses]:
     """Return recordings as a control leaves them.
 

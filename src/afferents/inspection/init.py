@@ -1,10 +1,10 @@
 """A first session.toml or dataset.toml for a folder: what was found, and what was guessed."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from afferents.documents import quoted
 from afferents.errors import InputError, reading, then
 from afferents.files import Place, write_text
 from afferents.markers.sensor import load_sensor
@@ -232,7 +232,7 @@ def _by_pattern(found: _Found, pattern: str, of_videos: bool) -> tuple[list[str]
     lines = [
         "# What stands in braces is read from the names of files. texture may be any label; speed",
         "# is in mm/s; other names (trial, pressure, direction) are conditions.",
-        f"pattern = {_quoted(pattern)}",
+        f"pattern = {quoted(pattern)}",
     ]
     sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     if "{speed}" not in pattern:
@@ -240,7 +240,7 @@ def _by_pattern(found: _Found, pattern: str, of_videos: bool) -> tuple[list[str]
     sounds = [path for path in found.media if is_sound(Path(path))]
     if of_videos and sounds:
         stem = pattern.rstrip("/") if pattern.endswith("/") else pattern.rpartition(".")[0]
-        lines.append(f"audio_pattern = {_quoted(stem + Path(sounds[0]).suffix)}")
+        lines.append(f"audio_pattern = {quoted(stem + Path(sounds[0]).suffix)}")
     return lines, sentences
 
 
@@ -256,7 +256,7 @@ def _own_sensors(found: _Found) -> dict[str, str]:
 def _common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines on what all recordings share; what nobody knows is commented out."""
     if len(found.sensors) == 1:
-        yield f"sensor = {_quoted(found.sensors[0])}"
+        yield f"sensor = {quoted(found.sensors[0])}"
     elif not own and found.has_pictures:
         yield "# The sensor file; 'afferents calibrate CLIP --out mine.toml' makes one."
         yield '# sensor = "mine.toml"'
@@ -299,17 +299,13 @@ def _listed(
             ("sensor", own.get(guess.video or guess.audio or "")),
         ):
             if value is not None:
-                yield f"{key} = {_quoted(value)}"
+                yield f"{key} = {quoted(value)}"
         if guess.speed_mm_s:
             yield f"speed_mm_s = {guess.speed_mm_s:g}"
         else:
             yield "# speed_mm_s = 30"
         if guess.video and guess.video in rates_hz:
             yield f"# fps_hz = {rates_hz[guess.video]:g}  # as its container says"
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _doubts(found: _Found) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """What the clips of one sensor show of it: each at rest, all together, and followed on."""
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +8,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.documents import quoted
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
@@ -276,4 +276,4 @@ def sensor_toml(sensor: Sensor) -> str:
 
 
 def _toml(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else f"{value}"
+    return quoted(value) if isinstance(value, str) else f"{value}"

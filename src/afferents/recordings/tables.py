@@ -279,9 +279,7 @@ def read_table(path: Path, signal: Signal) -> Table:
             f"{path}: expected {known}, found '{path.suffix}'; say which in [signal] format"
         )
     with reading(path, f"a readable {suffix.upper()} file"):
-        table = FORMATS[suffix](path, signal)
-    _require_different(path, table.columns)
-    return table
+        return FORMATS[suffix](path, signal)
 
 
 def _require_different(path: Path, names: Sequence[str]) -> None:
@@ -299,6 +297,7 @@ def _csv(path: Path, signal: Signal) -> Table:
     if not signal.header:
         n = len(body.partition("\n")[0].split(signal.separator))
         names = [str(number) for number in range(n)]
+    _require_different(path, names)
     if signal.columns and names != list(signal.columns):
         expected = f"the columns {', '.join(signal.columns)}"
         raise InputError(f"{path}, line 1: expected {expected}, found {names}")

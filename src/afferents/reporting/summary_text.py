@@ -268,9 +268,9 @@ def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
         )
     source = summary.data[0].source  # `train` takes one
     asked = zip(summary.options[::2], summary.options[1::2], strict=True)
-    known = {flag_of(option) for option in EvaluationOptions.model_fields}
-    alone = known - {flag_of(option) for option in TrainingOptions.model_fields}
-    options = [word for flag, value in asked if flag not in alone for word in (flag, value)]
+    other = EvaluationOptions.model_fields.keys() - TrainingOptions.model_fields.keys()
+    flags = {flag_of(option) for option in other}  # which 'train' lacks
+    options = [word for flag, value in asked if flag not in flags for word in (flag, value)]
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
         yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)

@@ -268,8 +268,7 @@ def fetch(
 
     What it is, its size and its licence are printed before it begins. Needs the
     extra `fetch`. A file that was broken off is gone on with. Where there is but one .zip or .tar
-    of everything, it is unpacked
-    and then removed.
+    of everything, it is unpacked and then removed.
 
     Parameters
     ----------
