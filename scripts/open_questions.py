@@ -65,12 +65,15 @@ def parts() -> Iterator[Part]:
         words = (*HELD_OUT, "--window-s", window, *of_spectra)
         yield evaluated(f"window-{window}", "S11", "vib-te-aug", *words)
     # 4. Another depth.
-    for depth in DEPTHS:
-        yield store_of(f"depth-{depth}", 11, "--indentation", depth)
-    stores = [f"depth-{depth}.zarr" for depth in DEPTHS]
-    yield together("depth", stores, f"sa-se,ra-se,vib-te-aug,{SOLVED}", "--split", "indentation_mm")
-    both = ("--split", "speed,indentation_mm", "--held-out", CELLS)
-    yield together("depth-and-speed", stores, SOLVED, *both)
+    for seed in SEEDS:
+        names = [f"depth-{depth}{of(seed)}" for depth in DEPTHS]
+        for name, depth in zip(names, DEPTHS, strict=True):
+            yield store_of(name, seed, "--indentation", depth)
+        stores = [f"{name}.zarr" for name in names]
+        models = f"sa-se,ra-se,vib-te-aug,{SOLVED}"
+        yield together(f"depth{of(seed)}", stores, models, "--split", "indentation_mm")
+        both = ("--split", "speed,indentation_mm", "--held-out", CELLS)
+        yield together(f"depth-and-speed{of(seed)}", stores, SOLVED, *both)
     # 5. Natural surfaces.
     for seed in SEEDS:
         name, maps = f"natural-{seed}", f"maps-{seed}"
@@ -80,17 +83,26 @@ def parts() -> Iterator[Part]:
         yield Part(name, (of_maps, *made.commands))
         yield evaluated(f"on-{name}", name, f"{PAPERS},{SOLVED}", *HELD_OUT)
     # 6. Shear, pattern or vibration?
-    yield store_of("print-11", 11, "--reprint", "11")
     bumped = ("--textures", "b,c,d,e,f,g,h,i,j,k,l,m")  # a smooth drum has nothing to print anew
-    yield store_of("print-99", 11, "--reprint", "99", *bumped)
-    stores = ["print-11.zarr", "print-99.zarr"]
     printed = f"{SOLVED},sa-se,ra-se,vib-te-aug"
-    yield together("reprinted", stores, printed, "--test-only", "print=99", *HELD_OUT)
-    yield evaluated("not-reprinted", "print-11", printed, *HELD_OUT)
+    for seed in SEEDS:
+        same, anew = f"print-{seed}", f"print-99{of(seed)}"
+        yield store_of(same, seed, "--reprint", f"{seed}")
+        yield store_of(anew, seed, "--reprint", "99", *bumped)
+        stores, unseen = [f"{same}.zarr", f"{anew}.zarr"], ("--test-only", "print=99")
+        yield together(f"reprinted{of(seed)}", stores, printed, *unseen, *HELD_OUT)
+        yield evaluated(f"not-reprinted{of(seed)}", same, printed, *HELD_OUT)
     # 7. Slow slides.
-    yield store_of("slow", 11, "--speeds", "5,10,20,30,40,50,60,70,80,90,100")
-    yield evaluated("from-5", "slow", f"{PAPERS},sa-wave-vector,order-te", "--held-out", "10")
-    yield evaluated("from-10", "S11", f"{PAPERS},sa-wave-vector,order-te", "--held-out", "10")
+    for seed in SEEDS:
+        slow, models = f"slow{of(seed)}", f"{PAPERS},sa-wave-vector,order-te"
+        yield store_of(slow, seed, "--speeds", "5,10,20,30,40,50,60,70,80,90,100")
+        yield evaluated(f"from-5{of(seed)}", slow, models, "--held-out", "10")
+        yield evaluated(f"from-10{of(seed)}", f"S{seed}", models, "--held-out", "10")
+
+
+def of(seed: int) -> str:
+    """Return what a part's name ends with: nothing for the first session."""
+    return "" if seed == SEEDS[0] else f"-{seed}"
 
 
 def together(name: str, stores: Sequence[str], models: str, *options: str) -> Part:
