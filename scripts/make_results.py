@@ -253,7 +253,7 @@ def _table1(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[lis
     rows = [["model", "the paper's own", "`nested`", "`published`"]]
     for model, family in published_families().items():
         fair, leaky = _means(nested, model, "nested"), _means(published, model, "published")
-        rows.append([f"`{model}`", f"{family.mean_percent}", _interval(fair), _interval(leaky)])
+        rows.append([f"`{model}`", f"{family.mean_percent}", interval(fair), interval(leaky)])
     return rows
 
 
@@ -299,7 +299,7 @@ def _remounted(nested: Mapping[str, Any], images: Mapping[str, Any]) -> list[lis
     for model, one in images["models"].items():
         paper = f"{published_families()[model].mean_percent}"
         once, anew = (
-            _interval(_means(nested, model, "nested")),
+            interval(_means(nested, model, "nested")),
             f"{100 * one['nested']['mean']:.0f}",
         )
         rows.append([f"`{model}`", paper, once, anew])
@@ -410,7 +410,7 @@ def _means(sessions: Mapping[str, Any], model: str, protocol: str) -> list[float
     return [100 * session["models"][model][protocol]["mean"] for session in sessions.values()]
 
 
-def _interval(percents: Sequence[float]) -> str:
+def interval(percents: Sequence[float]) -> str:
     """Return mean and 95% interval over sessions, Student's t; of two sessions, both."""
     if len(percents) < 2:
         return f"{percents[0]:.0f}" if percents else "–"
@@ -418,7 +418,7 @@ def _interval(percents: Sequence[float]) -> str:
         return f"{np.mean(percents):.0f} ({min(percents):.0f}, {max(percents):.0f})"
     half = student.ppf(0.975, len(percents) - 1) * np.std(percents, ddof=1) / len(percents) ** 0.5
     mean = np.mean(percents)
-    return f"{mean:.0f} [{mean - half:.0f}, {mean + half:.0f}]"
+    return f"{mean:.0f} [{max(0, mean - half):.0f}, {min(100, mean + half):.0f}]"
 
 
 def require_same_sources(kept: Path = KEPT) -> None:

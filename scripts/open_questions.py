@@ -19,6 +19,7 @@ import numpy as np
 import results_pages as pages
 from make_results import Part, evaluated, store_of
 from matplotlib.axes import Axes
+from scipy.stats import t as student
 
 from afferents.reporting.style import BLUE, GREEN, GREY, VERMILION
 
@@ -157,6 +158,28 @@ def with_interval(part: Mapping[str, Any], model: str) -> str:
     return f"{100 * one['mean']:.0f} [{low:.0f}, {high:.0f}]"
 
 
+def each_with_interval(parts: Sequence[Mapping[str, Any]], model: str) -> str:
+    """Return a model's accuracy in each session, with its 95% interval over textures."""
+    return "; ".join(with_interval(part, model) for part in parts if model in part["models"])
+
+
+def difference(more: Sequence[float], less: Sequence[float]) -> str:
+    """Return the mean of paired differences and its 95% interval, Student's t.
+
+    Pairs are of one session and one held-out speed: six of two sessions.
+    """
+    gained = np.subtract(more, less)
+    half = student.ppf(0.975, len(gained) - 1) * gained.std(ddof=1) / len(gained) ** 0.5
+    mean, low, high = (round(gained.mean() + way * half) for way in (0, -1, 1))
+    return f"{mean:+d} [{low:+d}, {high:+d}]"
+
+
+def cells(parts: Sequence[Mapping[str, Any]], model: str) -> list[float]:
+    """Return a model's accuracies, percent: at each held-out speed of each session."""
+    speeds = HELD_OUT[1].split(",")
+    return [percent(part, model, [speed]) for part in parts for speed in speeds]
+
+
 def touched(part: Mapping[str, Any], model: str) -> dict[float, float]:
     """Return a model's accuracy, percent, by seconds of touch."""
     one = part["models"][model]["nested"]
@@ -202,7 +225,7 @@ def _together(number: int) -> None:
     harmed = found("together-deaf", "together-half")
     models = list(next(iter(whole.values()))["models"])
     lost = ("microphone lost, 1 s", "half of the markers lost, 1 s")
-    rows = [["model", *(f"{length} s" for length in LENGTHS), *lost]]
+    rows = [["model", *(f"{length} s" for length in LENGTHS), *lost, "single samples, each session"]]
     figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
     styles = {
         "fusion-networks": {"color": BLUE, "lw": 2.2},
@@ -216,6 +239,7 @@ def _together(number: int) -> None:
             f"`{model}`",
             *(_range([one.get(float(length)) for one in each]) for length in LENGTHS),
             *("–" if one is None else f"{one:.0f}" for one in [*harm, None, None][:2]),
+            each_with_interval(list(whole.values()), model),
         ])  # fmt: skip
         curve(ax, mean, model, **styles.get(model, {"lw": 1, "color": None}))
     over_touch(ax)
@@ -240,7 +264,8 @@ def _copies(number: int) -> None:
     if not copied:
         return
     speeds = HELD_OUT[1].split(",")
-    rows = [["model", "learnt from", *(f"{speed} mm/s" for speed in speeds), "mean"]]
+    gained = "gained by copies"
+    rows = [["model", "learnt from", *(f"{speed} mm/s" for speed in speeds), "mean", gained]]
     names, groups = [], {"without copies": [], "with copies": []}
     for model in ("ra-se", "ra-ste", "sa-ste"):
         names.append(model)
@@ -253,9 +278,12 @@ def _copies(number: int) -> None:
             there = [part for part in sessions.values() if name in part["models"]]
             if not there:
                 continue
-            cells = [[percent(part, name, [s]) for part in there] for s in speeds]
+            at = [[percent(part, name, [s]) for part in there] for s in speeds]
             means = [percent(part, name, speeds) for part in there]
-            rows.append([f"`{name}`", label, *map(_range, cells), _range(means)])
+            before = [p for p in (*plain.values(), *there) if model in p["models"]][-len(there) :]
+            of_copies = name != model and before
+            gain = difference(cells(there, name), cells(before, model)) if of_copies else ""
+            rows.append([f"`{name}`", label, *map(_range, at), _range(means), gain])
             if label in groups:
                 groups[label].append(float(np.mean(means)))
     figure, ax = plt.subplots(figsize=(5, 3.2), layout="constrained")
@@ -266,7 +294,7 @@ def _copies(number: int) -> None:
 
 def _lengths(number: int) -> None:
     runs = found("runs", *(f"window-{s}" for s in ("0.25", "0.5", "4")))
-    of_all = found("nested-S11", "nested-S12", "ours-S11", "ours-S12")
+    of_all = found(*(f"{kind}-S{seed}" for kind in ("nested", "ours") for seed in rig.SEEDS))
     if not of_all:
         return
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
@@ -276,7 +304,9 @@ def _lengths(number: int) -> None:
         for model in sessions[0]["models"]:
             each = [touched(part, model) for part in sessions]
             curve(ax, {s: float(np.mean([one[s] for one in each])) for s in each[0]}, model)
-            rows.append([f"`{model}`", *(_range([o.get(float(s)) for o in each]) for s in LENGTHS)])
+            at_lengths = ([one.get(float(s)) for one in each] for s in LENGTHS)
+            at_lengths = ([one for one in at if one is not None] for at in at_lengths)
+            rows.append([f"`{model}`", *map(rig.interval, at_lengths)])
         over_touch(ax)
         ax.legend(fontsize=7.5, loc="lower right")
     axes[0].set_title("the paper's models, all ten speeds", fontsize=9)
@@ -287,38 +317,42 @@ def _lengths(number: int) -> None:
             what = f"`{model}`" + (
                 f", windows of {name.split('-')[1]} s" if "window" in name else ""
             )
-            at = touched(part, model)
-            cells = (at.get(float(length)) for length in LENGTHS)
-            rows.append(
-                [f"{what}, 10, 50, 100 mm/s", *("–" if c is None else f"{c:.0f}" for c in cells)]
-            )
+            at = [touched(part, model).get(float(length)) for length in LENGTHS]
+            words = ("–" if share is None else f"{share:.0f}" for share in at)
+            rows.append([f"{what}, 10, 50, 100 mm/s", *words])
     write(number, "Accuracy by seconds of touch", {**of_all, **runs}, rows)
 
 
 def _depth(number: int) -> None:
-    parts = found("ours-S11", "nested-S11", "depth", "depth-and-speed")
-    if "depth" not in parts:
+    depth, both = (
+        found(*(f"{kind}{of(seed)}" for seed in SEEDS)) for kind in ("depth", "depth-and-speed")
+    )
+    once = [f"{kind}-S{seed}" for kind in ("ours", "nested") for seed in SEEDS[: len(depth)]]
+    usual = found(*once)
+    if not depth:
         return
-    usual = {m: part for n, part in parts.items() if n.endswith("S11") for m in part["models"]}
     rows = [
         ["model", "speed held out", "depth held out", *(f"{d} mm" for d in DEPTHS), "both held out"]
     ]
     names, groups = [], {"speed held out": [], "depth held out": []}
-    for model in parts["depth"]["models"]:
-        by = parts["depth"]["models"][model]["nested"]["by_speed"].values()
-        both = parts.get("depth-and-speed", {"models": {}})
-        cell = with_interval(both, model) if model in both["models"] else "–"
+    for model in next(iter(depth.values()))["models"]:
+        by = [part["models"][model]["nested"]["by_speed"].values() for part in depth.values()]
         rows.append([
-            f"`{model}`", with_interval(usual[model], model), with_interval(parts["depth"], model),
-            *(f"{100 * share:.0f}" for share in by), cell,
+            f"`{model}`",
+            each_with_interval(list(usual.values()), model),
+            each_with_interval(list(depth.values()), model),
+            *(_range([100 * share for share in at]) for at in zip(*by, strict=True)),
+            each_with_interval(list(both.values()), model) or "–",
         ])  # fmt: skip
         names.append(model)
-        groups["speed held out"].append(percent(usual[model], model))
-        groups["depth held out"].append(percent(parts["depth"], model))
+        there = [percent(part, model) for part in usual.values() if model in part["models"]]
+        groups["speed held out"].append(float(np.mean(there)))
+        held_out = [percent(part, model) for part in depth.values()]
+        groups["depth held out"].append(float(np.mean(held_out)))
     figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     bars(ax, names, groups)
     save(number, figure)
-    write(number, "Another depth", parts, rows)
+    write(number, "Another depth", {**usual, **depth, **both}, rows)
 
 
 def _natural(number: int) -> None:
@@ -327,13 +361,17 @@ def _natural(number: int) -> None:
     if not natural or not drums:
         return
     speeds = HELD_OUT[1].split(",")
-    rows = [["model", "drums", "natural surfaces"]]
+    rows = [["model", "drums", "natural surfaces", "difference", "each session"]]
     groups: dict[str, list[float]] = {"drums": [], "natural surfaces": []}
     models = list(next(iter(natural.values()))["models"])
     for model in models:
         on_drums = [percent(p, model, speeds) for p in drums.values() if model in p["models"]]
         on_these = [percent(part, model) for part in natural.values()]
-        rows.append([f"`{model}`", _range(on_drums), _range(on_these)])
+        of_drums = [part for part in drums.values() if model in part["models"]]
+        these = list(natural.values())
+        differ = difference(cells(these, model), cells(of_drums, model))
+        of_each = each_with_interval(these, model)
+        rows.append([f"`{model}`", _range(on_drums), _range(on_these), differ, of_each])
         groups["drums"].append(float(np.mean(on_drums)))
         groups["natural surfaces"].append(float(np.mean(on_these)))
     figure, ax = plt.subplots(figsize=(8, 3.4), layout="constrained")
@@ -343,29 +381,34 @@ def _natural(number: int) -> None:
 
 
 def _shear(number: int) -> None:
-    usual = found("ours-S11", "ours-S12")
-    parts = found("ours-remounted", "not-reprinted", "reprinted")
-    if len(parts) < 3 or not usual:
+    usual, anew = found("ours-S11", "ours-S12"), found("ours-remounted")
+    same, printed = (
+        found(*(f"{kind}{of(seed)}" for seed in SEEDS)) for kind in ("not-reprinted", "reprinted")
+    )
+    if not (usual and anew and same and printed):
         return
-    anew, same, printed = parts.values()
     rows = [
         ["model", "mounted once", "mounted anew for each run", "same drums", "drums printed anew"]
     ]
-    names = list(printed["models"])
-    ours = [name for name in names if name in anew["models"]]
+    names = list(next(iter(printed.values()))["models"])
+    ours = [name for name in names if name in anew["ours-remounted"]["models"]]
     once = {name: [percent(part, name) for part in usual.values()] for name in ours}
-    remounted = {name: percent(anew, name) for name in ours}
-    on_same = {name: _on_bumps(same, name) for name in names}
+    remounted = {name: percent(anew["ours-remounted"], name) for name in ours}
+    on_same = {name: [_on_bumps(part, name) for part in same.values()] for name in names}
     for name in names:
         mounting = (_range(once[name]), f"{remounted[name]:.0f}") if name in ours else ("–", "–")
-        rows.append([f"`{name}`", *mounting, f"{on_same[name]:.0f}", with_interval(printed, name)])
+        on_new = each_with_interval(list(printed.values()), name)
+        rows.append([f"`{name}`", *mounting, _range(on_same[name]), on_new])
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained", width_ratios=(2, 3))
     means = [float(np.mean(once[name])) for name in ours]
     bars(axes[0], ours, {"mounted once": means, "mounted anew": list(remounted.values())})
-    anew_on = [percent(printed, name) for name in names]
-    bars(axes[1], names, {"same drums": list(on_same.values()), "printed anew": anew_on})
+    on_these = [float(np.mean(on_same[name])) for name in names]
+    on_others = [
+        float(np.mean([percent(part, name) for part in printed.values()])) for name in names
+    ]
+    bars(axes[1], names, {"same drums": on_these, "printed anew": on_others})
     save(number, figure)
-    write(number, "Shear, pattern or vibration", {**usual, **parts}, rows)
+    write(number, "Shear, pattern or vibration", {**usual, **anew, **same, **printed}, rows)
 
 
 def _on_bumps(part: Mapping[str, Any], model: str) -> float:
@@ -375,21 +418,22 @@ def _on_bumps(part: Mapping[str, Any], model: str) -> float:
 
 
 def _slow(number: int) -> None:
-    both = found("from-10", "from-5")
-    if len(both) < 2:
+    without, with_5 = (found(*(f"{n}{of(seed)}" for seed in SEEDS)) for n in ("from-10", "from-5"))
+    if not (without and with_5):
         return
     labels = ("10 mm/s held out, learnt from 20 mm/s up", "10 mm/s held out, 5 mm/s learnt too")
-    models = list(both["from-10"]["models"])
+    models = list(next(iter(without.values()))["models"])
+    both = [list(parts.values()) for parts in (without, with_5)]
     rows = [["model", *labels]]
-    rows += [[f"`{m}`", *(with_interval(part, m) for part in both.values())] for m in models]
+    rows += [[f"`{m}`", *(each_with_interval(parts, m) for parts in both)] for m in models]
     groups = {
-        label: [percent(part, model) for model in models]
-        for label, part in zip(labels, both.values(), strict=True)
+        label: [float(np.mean([percent(part, model) for part in parts])) for model in models]
+        for label, parts in zip(labels, both, strict=True)
     }
     figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     bars(ax, models, groups)
     save(number, figure)
-    write(number, "Slow slides", both, rows)
+    write(number, "Slow slides", {**without, **with_5}, rows)
 
 
 if __name__ == "__main__":
