@@ -225,7 +225,7 @@ def _together(number: int) -> None:
     harmed = found("together-deaf", "together-half")
     models = list(next(iter(whole.values()))["models"])
     lost = ("microphone lost, 1 s", "half of the markers lost, 1 s")
-    rows = [["model", *(f"{length} s" for length in LENGTHS), *lost, "single samples, each session"]]
+    rows = [["model", *(f"{length} s" for length in LENGTHS), *lost, "single samples"]]
     figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
     styles = {
         "fusion-networks": {"color": BLUE, "lw": 2.2},

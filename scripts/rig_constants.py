@@ -40,8 +40,6 @@ SOURCES = {
     "mounting.lateral_mm": "chosen: mounted by hand, once a session",
     "mounting.friction_sd": "chosen: one material a session",
     "mounting.friction_change_sd": "chosen: dust",
-    "mounting.wear": "chosen: none",
-    "mounting.shuffled": "chosen: drum by drum, slow runs first",
     "mounting.remount": "paper, 2.2: drums change under one fingertip; --remount drum, run",
     "mounting.any_angle": "chosen: the drum stopped anywhere after the run before",
     "mounting.contact_at_rest": "chosen: only so do dark spot and crescent come and go with load",

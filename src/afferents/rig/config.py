@@ -37,11 +37,6 @@ class Mounting(BaseModel):
     friction_sd, friction_change_sd
         Standard deviations of log friction: of the material, drawn once a session, and of its
         change from run to run.
-    wear
-        Share of the friction that each run wears off; 0 for none.
-    shuffled
-        Whether the runs are made in an order by chance (1) or drum by drum, the slow ones first
-        (0). It makes a difference only with wear.
     any_angle
         Whether the drum starts at any angle, another for each run (1), or always the same (0).
     contact_at_rest
@@ -61,8 +56,6 @@ class Mounting(BaseModel):
     remount: Remount = "session"
     friction_sd: float = Field(0.05, ge=0)
     friction_change_sd: float = Field(0.02, ge=0)
-    wear: float = Field(0.0, ge=0, le=0.1)
-    shuffled: float = Field(0.0, ge=0, le=1)
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = False
     camera_mm: float = Field(47.0, gt=5)
@@ -76,8 +69,6 @@ NUISANCES = {
     "lateral": ("mounting", "lateral_mm"),
     "friction": ("mounting", "friction_sd"),
     "friction-change": ("mounting", "friction_change_sd"),
-    "wear": ("mounting", "wear"),
-    "shuffled": ("mounting", "shuffled"),
     "start-angle": ("mounting", "any_angle"),
     "frame-jitter": ("mounting", "jitter_s"),
     "clock-offset": ("mounting", "clock_sd_s"),
@@ -142,13 +133,6 @@ class Rig(BaseModel):
     drive: Drive = Drive()
     microphone: Microphone = Microphone()
     camera: Camera = Camera()
-
-    def worn(self, runs: int) -> Self:
-        """Return the rig as it is after so many runs: wear takes a share of the friction each."""
-        left = (1 - self.mounting.wear) ** runs
-        names = ("static_friction", "kinetic_friction")
-        skin = self.skin.model_copy(update={n: getattr(self.skin, n) * left for n in names})
-        return self.model_copy(update={"skin": skin}) if runs else self
 
     def with_nuisances(self, strengths: Mapping[str, float | None]) -> Self:
         """Return the rig with no other nuisances than those named.

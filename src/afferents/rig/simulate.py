@@ -98,9 +98,7 @@ def _record_here(
 ) -> Iterator[str]:
     """Record runs on this machine; yield the names of those that are done."""
     first = simulation.names[0]
-    jobs = (
-        (replace(simulation, rig=simulation.rig_in(*run)), *run, run == first) for run in missing
-    )
+    jobs = ((simulation, *run, run == first) for run in missing)
     return side_by_side(_record_one, jobs, workers, progress.note)
 
 
@@ -124,9 +122,7 @@ def _record_there(
 
 def _record_far(told: Path, texture: str, speed_mm_s: float, reference: bool) -> str:
     """Record a run on a worker; return its name."""
-    simulation = _told(told)
-    rig = simulation.rig_in(texture, speed_mm_s)
-    return _record_one(replace(simulation, rig=rig), texture, speed_mm_s, reference)
+    return _record_one(_told(told), texture, speed_mm_s, reference)
 
 
 @lru_cache(maxsize=1)

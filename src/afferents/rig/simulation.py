@@ -6,8 +6,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from afferents.choices import Nodules, Remount, Size
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
@@ -58,20 +56,9 @@ class Simulation:
         ordered = sorted(self.textures, key=natural_order)
         return [(texture, speed) for texture in ordered for speed in sorted(self.speeds_mm_s)]
 
-    def rig_in(self, texture: str, speed_mm_s: float) -> Rig:
-        """Return the rig as a run finds it: worn by those before, in the order that they have."""
-        if not self.rig.mounting.wear:
-            return self.rig
-        runs = self.names
-        if self.rig.mounting.shuffled:
-            np.random.default_rng(self.seed).shuffle(runs)
-        return self.rig.worn(runs.index((texture, speed_mm_s)))
-
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
-        runs = {
-            run_name(*run): draw(self.rig_in(*run), *run, self.seed)._asdict() for run in self.names
-        }
+        runs = {run_name(*run): draw(self.rig, *run, self.seed)._asdict() for run in self.names}
         return {
             "simulated": True,
             "sensor": self.sensor,

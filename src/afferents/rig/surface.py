@@ -175,8 +175,9 @@ def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) ->
     shape = drum.periods(spacing_mm), n_across
     rng = np.random.default_rng([round(1000 * spacing_mm), lattice, drum.prints])
     error = np.clip(rng.normal(0, drum.print_sd_mm, shape), -0.2, 0.2)
-    along = (np.arange(shape[0]) + lattice / 2) / shape[0] * _PATCHED
-    across = (np.arange(n_across) + lattice / 2) * math.sqrt(2) * spacing_mm
+    middle = (1 - lattice) / 2  # of a bump, in periods from where its count begins
+    along = (np.arange(shape[0]) + middle) / shape[0] * _PATCHED
+    across = (np.arange(n_across) + middle) * math.sqrt(2) * spacing_mm
     warp = _patches(drum, spacing_mm)
     rows, columns = np.meshgrid(along, across / WIDTH_MM * _PATCHED_ACROSS, indexing="ij")
     tops = drum.bump_height_mm + error + map_coordinates(warp, [rows, columns], mode="grid-wrap")

@@ -1,24 +1,18 @@
 """Nuisances: each has its switch and its strength; all off, nothing is disturbed."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from afferents.rig import NUISANCES, Rig, draw, mapped_surface
 from afferents.rig.run import Drawn
-from afferents.rig.simulation import simulation_of
-
-OFF_BY_DEFAULT = {"wear", "shuffled"}
 
 
-def test_every_nuisance_names_a_constant_and_is_on_by_itself_but_wear_and_the_order_of_runs():
+def test_every_nuisance_names_a_constant_and_is_on_by_itself():
     rig = Rig()
-    for name, (section, field) in NUISANCES.items():
-        assert (getattr(getattr(rig, section), field) == 0) == (name in OFF_BY_DEFAULT)
+    assert all(getattr(getattr(rig, section), field) for section, field in NUISANCES.values())
 
 
-@pytest.mark.parametrize("name", sorted(set(NUISANCES) - OFF_BY_DEFAULT))
+@pytest.mark.parametrize("name", sorted(NUISANCES))
 def test_one_nuisance_alone_leaves_all_others_off(name):
     assert Rig().with_nuisances({"tilt": 0.05}).mounting.tilt_rad == 0.05
     rig = Rig().with_nuisances({name: None})
@@ -81,15 +75,3 @@ def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
     assert mapped_surface(np.zeros((9, 9), np.float32), 10.0).friction_factor == 1
     rising = np.tile(np.arange(64.0), (8, 1)) / 64  # of which the drum is too narrow for the most
     assert 0.5 < mapped_surface(rising, 12.0).friction_factor < 1
-
-
-def test_wear_goes_by_the_order_of_runs():
-    def friction(nuisances):
-        session = simulation_of(Path("s"), "quick", "ab", [10, 20], nuisances=nuisances)
-        return [session.rig_in(*run).skin.static_friction for run in session.names]
-
-    new = Rig().skin.static_friction
-    assert friction("all") == [new] * 4
-    assert friction("all,wear=0.01") == pytest.approx([new * 0.99**n for n in range(4)])
-    shuffled = friction("all,wear=0.01,shuffled=1")
-    assert sorted(shuffled) == sorted(friction("all,wear=0.01"))

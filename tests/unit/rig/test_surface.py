@@ -50,6 +50,26 @@ def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
     assert difference.std() == pytest.approx(expected, rel=0.25)
 
 
+def test_bumps_that_touch_err_together_on_every_side():
+    """A print that warps over 6.3 mm: heights 6 mm apart correlate by exp(-(6 / 12.6)^2) = 0.8."""
+    warped = [bumped_surface(6.0, Drum(print_sd_mm=0, prints=n)) for n in range(20)]
+    period = warped[0].length_mm / NOMINAL.periods(6.0)
+    rows, columns = np.meshgrid(np.arange(1, 29), np.arange(1, 4), indexing="ij")
+
+    def tops(shift: float, row: int = 0, column: int = 0) -> np.ndarray:
+        """Heights in the middles of bumps of a lattice, those some bumps further round."""
+        along, across = (rows + row + shift) * period, (columns + column + shift) * period
+        at = tuple(
+            (mm / pitch).astype(int)
+            for mm, pitch in zip((along, across), warped[0].pitch_mm, strict=True)
+        )
+        return np.concatenate([surface.height_mm[at].ravel() for surface in warped])
+
+    for row, column in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        likeness = np.corrcoef(tops(0.5), tops(0, row, column))[0, 1]
+        assert likeness == pytest.approx(math.exp(-((6 / 12.6) ** 2)), abs=0.1)
+
+
 @given(mean=st.floats(0, 1), bridging=st.floats(0.5, 20), texture=st.sampled_from([1.0, 3.0, 6.0]))
 @settings(max_examples=10, deadline=None)
 def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging, texture):
