@@ -197,7 +197,7 @@ def _first_fault(
         )
     if fault["type"] == "missing":
         return InputError(f"{where}: expected {what} with the key '{key}', found none{then(do)}")
-    reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    reason = reason_in(fault)
     if isinstance(fault["input"], dict) and fault["type"] == "value_error":
         return InputError(
             f"{where}: expected {what}, found a fault{f' in {key}' if key else ''}: "
@@ -209,6 +209,11 @@ def _first_fault(
         f"{where}: expected {f'{what} with {key}: {reason}' if key else reason}, found "
         f"{found}{then(do)}"
     )
+
+
+def reason_in(fault: Mapping[str, Any]) -> str:
+    """Return what was expected, in words, by one of the errors of pydantic's `ValidationError`."""
+    return str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
 
 
 def _keys(loc: tuple[int | str, ...], content: Any) -> Iterator[str]:

@@ -144,15 +144,9 @@ class Task(BaseModel):
         held out), a tab, and its name. Where some are tested and never learnt from, these alone.
         """
         tested = self.chosen.ablation.tested(recordings)
-        whole = self.chosen.by.whole  # else each recording is tested in part, in every group
-        groups = (
-            self.chosen.by.by_recording(recordings)
-            if whole
-            else {str(one.attrs["name"]): "" for one in recordings}
-        )
         lines = sorted(
             f"{key_of(group)}\t{name}\n"
-            for name, group in groups.items()
+            for name, group in self.chosen.by.by_recording(recordings).items()
             if not tested or name in tested
         )
         options = json.dumps(self.options, sort_keys=True)

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from afferents import dims
 from afferents.choices import Cut
+from afferents.documents import reason_in
 from afferents.encodings.augment import Stretch
 from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
@@ -301,8 +302,8 @@ class Encoding(BaseModel, ABC):
             first = error.errors()[0]
             name = str(first["loc"][0]) if first["loc"] else self.name
             wrong = own.get(name, first["input"])
-            reason = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-            wanted_is = "a positive number" if first["type"] == "greater_than" else reason
+            positive = first["type"] == "greater_than"
+            wanted_is = "a positive number" if positive else reason_in(first)
             raise InputError(
                 f"{flags.get(name, name)}: expected {wanted_is}, found {wrong}"
             ) from error

@@ -33,6 +33,7 @@ from afferents.choices import (
     conditions_in,
     flag_of,
 )
+from afferents.documents import reason_in
 from afferents.errors import InputError
 from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.corruption import Corruption
@@ -135,9 +136,9 @@ class TrainingOptions(BaseModel):
             return validate({name: v for name, v in dict(given).items() if v is not None})
         except ValidationError as error:
             fault = error.errors()[0]
-            reason = fault["msg"].removeprefix("Input should be ")
             raise InputError(
-                f"{flag_of(str(fault['loc'][0]))}: expected {reason}, found {fault['input']!r}"
+                f"{flag_of(str(fault['loc'][0]))}: expected {reason_in(fault)}, found "
+                f"{fault['input']!r}"
             ) from None
 
     @field_validator("recipe", mode="before")

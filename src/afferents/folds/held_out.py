@@ -401,6 +401,10 @@ class ByAngle(Split):
                 )
         return [str(number + 1) for number in range(self.n_arcs)]
 
+    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
+        """Return no group for any: a recording goes through all arcs."""
+        return {str(responses.attrs["name"]): "" for responses in recordings}
+
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return the samples that are of an arc, with its number.
 

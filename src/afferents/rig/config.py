@@ -6,6 +6,7 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from afferents.choices import Remount
+from afferents.documents import reason_in
 from afferents.errors import InputError
 from afferents.rig.camera import Camera
 from afferents.rig.drive import Drive
@@ -159,6 +160,6 @@ class Rig(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             raise InputError(
-                f"nuisances: {first['loc'][-1]}: expected {first['msg'].lower()}, found "
+                f"nuisances: {first['loc'][-1]}: expected {reason_in(first)}, found "
                 f"{first['input']}"
             ) from None

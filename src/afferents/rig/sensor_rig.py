@@ -5,6 +5,7 @@ import math
 import numpy as np
 from pydantic import ValidationError
 
+from afferents.documents import reason_in
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.sensor import BlobDetector, Sensor
@@ -50,7 +51,7 @@ def rig_of(sensor: Sensor) -> Rig:
             camera=_camera(sensor, px_per_mm),
         )
     except ValidationError as error:
-        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        said = reason_in(error.errors()[0])
         raise InputError(
             f"sensor '{sensor.name}': expected pins that the rig can have, found {said}"
         ) from None
