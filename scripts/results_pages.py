@@ -10,8 +10,7 @@ of ``docs/results/NAME.json``: the table, and below it the commit, date, machine
 gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
 `keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
 ``<!-- /fields -->`` stand the fields of a model of the results. Between ``<!-- benchmark -->`` and
-``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``. `docs/discrepancies.md` is made
-whole, of the package's list.
+``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``.
 """
 
 import json
@@ -28,7 +27,6 @@ from afferents.benchmark.entries import read_entries, tables_by_task
 from afferents.doctor import processor
 from afferents.evaluation import fold_files, schemas
 from afferents.files import write_text
-from afferents.reporting.discrepancies import to_page
 from afferents.reporting.published import published_families
 from afferents.reporting.tables import to_markdown
 
@@ -104,7 +102,7 @@ def pages() -> dict[Path, str]:
     for page in sorted([*DOCS.glob("*.md"), ROOT / "README.md"]):
         found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
         found[page] = fill(fill(found[page], "table", bare), "benchmark", benchmark)
-    return {**found, DOCS / "discrepancies.md": to_page()}
+    return found
 
 
 def keep(results: Path, out: Path, title: str, commands: list[str]) -> None:

@@ -38,9 +38,9 @@ def doctor(as_json: Json = False) -> None:
 
 def _list_discrepancies(wanted: bool) -> None:
     if wanted:
-        from afferents.reporting.discrepancies import to_page
+        from afferents.reporting.discrepancies import discrepancies
 
-        say(False, None, to_page())
+        say(False, None, discrepancies())
         raise typer.Exit
 
 

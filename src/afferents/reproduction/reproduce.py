@@ -171,7 +171,7 @@ def reproduce(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    from afferents.reporting.discrepancies import discrepancies
+    from afferents.reporting.discrepancies import remaining_discrepancies
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = choose(like, given)
@@ -181,7 +181,7 @@ def reproduce(
     _require_known(evaluating)
     run = RunFolder(Path(out))
     differs = list_changes(like, given, _others(given))
-    remaining = discrepancies().remaining() if like == "published" else []
+    remaining = remaining_discrepancies() if like == "published" else []
     run.require_same(like, choices)
     with Progress(quiet) as progress:
         for line in _said(like, given, differs, remaining):
