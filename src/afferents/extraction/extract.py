@@ -15,8 +15,8 @@ from afferents.channels import ra1, ra2, sa1
 from afferents.choices import Method, Rest
 from afferents.errors import AfferentsError, InputError
 from afferents.extraction.copies import notes_of, with_fingerprint
-from afferents.extraction.options import Extraction, origin_of, relabel
-from afferents.files import Place, remove_partials
+from afferents.extraction.options import Extraction, declared_of
+from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, undistorted
 from afferents.markers.quality import find_hidden_markers
 from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
@@ -27,7 +27,7 @@ from afferents.progress import Progress
 from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
 from afferents.quality.sound import find_overload
 from afferents.recordings.audio import WavFile
-from afferents.recordings.check import check_recording, require_own_files
+from afferents.recordings.check import check_files, check_recording, require_own_files
 from afferents.recordings.footage import Footage
 from afferents.recordings.session import Session, read_session, require_rates_that_agree
 from afferents.recordings.session_file import SessionFile
@@ -35,11 +35,14 @@ from afferents.store.drum_path import logged_path
 from afferents.store.recording import Recording
 from afferents.store.responses import Responses, label, with_doubts
 from afferents.store.zarr_store import (
+    OtherFilesError,
+    attributes_there,
     create_parents,
     create_store,
     has_responses,
     open_responses,
     require_no_store,
+    require_same_files,
     store_config,
     write_responses,
 )
@@ -99,6 +102,9 @@ def doubts_without_tracking(recording: Recording) -> list[QualityIssue]:
 def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str]:
     """Extract every recording that the store does not hold yet.
 
+    What it holds under another declaration is removed first: if a recording then fails, or the
+    command is stopped, no old responses are left among the new.
+
     Returns
     -------
     Recordings that failed and why; empty unless `keep_going`.
@@ -107,7 +113,7 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     ------
     InputError
         If the session, one of its recordings (without `keep_going`), or the store is not what
-        it should be; recordings extracted before stay.
+        it should be, or the store holds responses of other files; recordings extracted before stay.
     AfferentsError
         If a recording is not what it should be (without `keep_going`), or a process died.
     """
@@ -121,10 +127,20 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     require_no_store(extraction.out)
     with writing_alone(extraction.out, "extract"):
         create_store(extraction.out, extraction.config(session, sensors))
+        declared = {r.name: declared_of(r, session, sensors) for r in session.recordings}
+        _remove_declared_otherwise(session, declared, extraction.out)
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
-        outcomes = _outcomes(session, sensors, reference, extraction, progress)
+        outcomes = _outcomes(session, sensors, declared, reference, extraction, progress)
         return _failures(session, outcomes, extraction, progress)
+
+
+def _remove_declared_otherwise(session: Session, declared: Mapping[str, str], store: Path) -> None:
+    for recording in session.recordings:
+        there = attributes_there(store / recording.name)
+        if there and there.get("declared") != declared[recording.name]:
+            require_same_files(store, recording.name, check_files(recording, session.declared))
+            remove(store / recording.name)
 
 
 def _failures(
@@ -150,6 +166,7 @@ def _failures(
 def _outcomes(
     session: Session,
     sensors: Sensors,
+    declared: Mapping[str, str],
     reference: Positions | None,
     extraction: Extraction,
     progress: Progress,
@@ -160,6 +177,7 @@ def _outcomes(
         (
             recording,
             session.declared.of(recording.name),
+            declared[recording.name],
             reference,
             replace(light, sensor=sensors.of(recording)),
         )
@@ -192,16 +210,19 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
     return rest_positions(session.reference, sensor)
 
 
-def _try_one(
-    recording: Recording,
-    declared: SessionFile,
-    reference: Positions | None,
-    extraction: Extraction,
-) -> tuple[str, str | None]:
-    """Return the recording's name, and what is wrong with it."""
+def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
+    """Return the recording's name, and what is wrong with it.
+
+    Raises
+    ------
+    OtherFilesError
+        If the store holds responses of other files: to go on would leave old beside new.
+    """
     cv2.setNumThreads(1)
     try:
-        _extract_one(recording, declared, reference, extraction)
+        _extract_one(recording, *others)
+    except OtherFilesError:
+        raise
     except AfferentsError as error:
         return recording.name, str(error)
     return recording.name, None
@@ -227,14 +248,15 @@ def _try_far(recording: Recording, *others: Any) -> tuple[str, str | None]:
 def _extract_one(
     recording: Recording,
     declared: SessionFile,
+    matters: str,
     reference: Positions | None,
     extraction: Extraction,
 ) -> None:
     """Extract a recording that the store doesn't hold; say what was made of what, and accepted."""
+    checksum = check_files(recording, declared)
+    there = has_responses(extraction.out, recording.name, checksum)
     doubts = check_recording(recording, declared, extraction.accept)
-    checksum, matters = origin_of(recording, declared, extraction)
-    if has_responses(extraction.out, recording.name, checksum, matters):
-        relabel(extraction.out, recording, matters)
+    if there:
         return
     if not extraction.vibration:
         if recording.video is None:

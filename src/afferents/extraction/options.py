@@ -9,12 +9,8 @@ from afferents.choices import Method, Rest
 from afferents.files import checksum
 from afferents.markers.sensor import Sensor, Sensors
 from afferents.quality.issues import Kind
-from afferents.recordings.check import check_files
 from afferents.recordings.session import Session
-from afferents.recordings.session_file import SessionFile
 from afferents.store.recording import Recording
-from afferents.store.responses import ACCEPTED, labels_of
-from afferents.store.zarr_store import stored_attributes, update_labels
 from afferents.version import __version__
 
 
@@ -79,54 +75,16 @@ class Extraction:
         }
 
 
-def origin_of(
-    recording: Recording, declared: SessionFile, extraction: Extraction
-) -> tuple[str, str]:
-    """Return the checksum of a recording's files, and what is declared of them that matters."""
-    return check_files(recording, declared), declared_of(recording, declared, extraction)
-
-
-def declared_of(recording: Recording, declared: SessionFile, extraction: Extraction) -> str:
-    """Return what is declared of a recording: what its responses rest on, and its labels."""
-    matters = declared.model_dump_json(include={"sensor_channel", "steady_s", "direction"})
-    own = _of_its_own(recording, declared, extraction)
-    return matters + (json.dumps(own) if own else "")
-
-
-def relabel(store: Path, recording: Recording, declared: str) -> None:
-    """Give a recording that a store holds the labels that the session has for it now.
-
-    Nothing is tracked again for a texture's name. What was found wrong with it, and accepted, stays
-    among its conditions.
-    """
-    there = stored_attributes(store, [recording.name])[recording.name]
-    kinds = json.loads(there.get("conditions", "{}")).get(ACCEPTED, "")
-    update_labels(store, recording.name, labels_of(recording, kinds), declared)
-
-
-def _of_its_own(
-    recording: Recording, declared: SessionFile, extraction: Extraction
-) -> dict[str, Any]:
-    """Return what is declared of a recording that is not declared of all."""
-    conditions, sensor = dict(recording.conditions), extraction.sensor
-    speed = recording.speed_mm_s
-    own = {
-        "label": None if _is_named_by_label(recording) else [recording.texture, speed],
-        "steady_s": recording.steady_s if recording.steady_s != declared.steady_s else None,
-        "conditions": None if conditions in ({}, {"direction": declared.direction}) else conditions,
-        "fps_hz": getattr(recording.video, "rate_hz", None),
+def declared_of(recording: Recording, session: Session, sensors: Sensors) -> str:
+    """Return, as JSON, what is declared of a recording; where that changes, it is made again."""
+    own = sensors.of(recording).model_dump(mode="json") if recording.sensor else None
+    declared = {
+        "label": [recording.texture, recording.speed_mm_s],
+        "conditions": dict(recording.conditions),
+        "steady_s": recording.steady_s,
+        "sensor_channel": session.declared.sensor_channel,
         "rest_frame": recording.rest_frame,
-        "sensor": sensor.model_dump(mode="json") if recording.sensor and sensor else None,
+        "sensor": own,
+        "fps_hz": getattr(recording.video, "rate_hz", None),
     }
-    return {name: value for name, value in own.items() if value is not None}
-
-
-def _is_named_by_label(recording: Recording) -> bool:
-    """Tell whether a recording's name says its texture and speed, as in the published layout."""
-    texture, *others = recording.name.split("/")
-    if texture != recording.texture or not others or recording.speed_mm_s is None:
-        return False
-    try:
-        return float(others[0]) == recording.speed_mm_s
-    except ValueError:
-        return False
+    return json.dumps(declared)

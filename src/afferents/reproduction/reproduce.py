@@ -49,7 +49,7 @@ from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 from afferents.store.responses import label
 from afferents.store.trimming import cut_audio, cut_frames
-from afferents.store.zarr_store import open_responses, responses_there, store_config
+from afferents.store.zarr_store import is_whole, open_responses, store_config
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -322,7 +322,7 @@ def _to_do(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
         for seed in options.seeds
         for group in options.held_out or groups
     )
-    recordings = sum(responses_there(run.store, r.name) is None for r in session.recordings)
+    recordings = sum(not is_whole(run.store, r.name) for r in session.recordings)
     return (
         f"To do: {recordings} recordings to extract, and at most {trainings} trainings. "
         "'afferents status' says how long they still take."

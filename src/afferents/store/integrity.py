@@ -117,12 +117,7 @@ def sealed(responses: xr.Dataset) -> xr.Dataset:
     named = responses.copy()
     for name, variable in named.variables.items():
         named[name].attrs = {**variable.attrs, VALUES: _of_values(variable)}
-    return described(named)
-
-
-def described(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses, of which only attributes are others, with the digest that they have now."""
-    return responses.assign_attrs({DIGEST: _of_description(responses)})
+    return named.assign_attrs({DIGEST: _of_description(named)})
 
 
 def require_described(responses: xr.Dataset, where: Path | str) -> None:

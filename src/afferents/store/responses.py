@@ -111,19 +111,12 @@ def label(responses: Responses, recording: Recording) -> Responses:
     )
 
 
-def labels_of(recording: Recording, kinds: str = "") -> dict[str, Any]:
-    """Return the attributes that say what was recorded: texture, speed and conditions.
-
-    Parameters
-    ----------
-    kinds
-        Of what is wrong with it and was accepted, which are a condition too; see `with_doubts`.
-    """
-    conditions = {**recording.conditions, **({ACCEPTED: kinds} if kinds else {})}
+def labels_of(recording: Recording) -> dict[str, Any]:
+    """Return the attributes that say what was recorded: texture, speed and conditions."""
     return {
         dims.TEXTURE: recording.texture,
         dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
-        "conditions": json.dumps(conditions),
+        "conditions": json.dumps(dict(recording.conditions)),
         dims.NAMED_BY_SPACING: recording.named_by_spacing,
     }
 

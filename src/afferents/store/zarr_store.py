@@ -20,10 +20,8 @@ from afferents.errors import InputError, reason_of, then
 from afferents.files import naming, require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.store.integrity import (
-    DIGEST,
     ROOT,
     attributes_of,
-    described,
     is_group,
     recording_groups,
     require_all_chunks,
@@ -41,11 +39,6 @@ FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
 and recordings added without another store; what was made under another declaration is made anew."""
-
-
-LABELS = ("label", "conditions")
-"""What is declared of a recording that no response rests on."""
-_DECLARED = "declared"
 
 
 def create_store(store: Path, config: Mapping[str, Any]) -> None:
@@ -163,107 +156,52 @@ def _holds_arrays(folder: Path) -> bool:
     )
 
 
-def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> bool:
-    """Tell whether the store holds this recording whole, from the same files, declared alike.
-
-    One that is broken, or was made when the session declared something else, counts as not there.
-
-    Raises
-    ------
-    InputError
-        If it holds the recording but from other files.
-    """
-    there = _made_of(store / name)
-    if there is None:
-        return False
-    same = is_of_same_files(store / name, there, (checksum, declared))
-    return same and _is_whole(store, name)
+class OtherFilesError(InputError):
+    """Responses in a store that were made of other files than are now the recording's."""
 
 
-def update_labels(store: Path, name: str, labels: Mapping[str, Any], declared: str) -> bool:
-    """Give a recording that the store holds whole other labels; its responses stay as they are.
+def has_responses(store: Path, name: str, checksum: str) -> bool:
+    """Tell whether the store holds this recording whole; one that is broken counts as not there.
 
     Parameters
     ----------
-    labels
-        Attributes that say what was recorded: texture, speed, conditions.
-    declared
-        What the session declares of it now.
-
-    Returns
-    -------
-    Whether any of them was another.
-    """
-    group = store / name
-    responses = _open(store, group)
-    wanted = {**labels, _DECLARED: declared}
-    if all(_same(responses.attrs.get(key), value) for key, value in wanted.items()):
-        return False
-    renamed = _without_nan(described(responses.assign_attrs(wanted)))
-    metadata = read_json(group / ROOT, "a part of a Zarr store")
-    for key in (*wanted, DIGEST):
-        metadata["attributes"][key] = renamed.attrs[key]
-    with write_aside(group / ROOT) as partial:
-        partial.write_text(json.dumps(metadata, indent=2), encoding="utf-8")
-    return True
-
-
-def _same(one: Any, other: Any) -> bool:
-    return bool(one == other or (one != one and other != other))  # NaN: an unknown speed
-
-
-def responses_there(store: Path, name: str) -> tuple[str, str] | None:
-    """Return from which files a recording was made that the store holds whole; None if none.
-
-    Returns
-    -------
-    Their checksum, and what the session declared of them; both may be empty.
-    """
-    there = _made_of(store / name)
-    return there if there is not None and _is_whole(store, name) else None
-
-
-def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str]) -> bool:
-    """Tell whether responses are of these files, declared alike: their checksum, the declaration.
-
-    Labels don't matter here: what was recorded changes nothing in what was tracked, and
-    `update_labels` puts them right.
+    checksum
+        Of the recording's files.
 
     Raises
     ------
-    InputError
-        If they are of other files.
+    OtherFilesError
+        If it holds the recording but from other files.
     """
-    if there[0] not in ("", wanted[0]):
-        raise InputError(
-            f"{where}: expected responses of the recording as it is now, found responses of other "
-            "files; choose another name for the store"
+    require_same_files(store, name, checksum)
+    return is_whole(store, name)
+
+
+def require_same_files(store: Path, name: str, checksum: str) -> None:
+    """Refuse responses of other files, if the store holds the recording.
+
+    Raises
+    ------
+    OtherFilesError
+        If it does.
+    """
+    if attributes_there(store / name).get("checksum", "") not in ("", checksum):
+        raise OtherFilesError(
+            f"{store / name}: expected responses of the recording as it is now, found responses of "
+            "other files; choose another name for the store"
         )
-    return _without_labels(there[1]) == _without_labels(wanted[1])
 
 
-def _without_labels(declared: str) -> list[Any] | str:
-    """Return what a declaration says, one JSON object after another, but for its labels."""
-    decoder, parts, rest = json.JSONDecoder(), [], declared
+def attributes_there(group: Path) -> dict[str, Any]:
+    """Return the attributes of a group; none where it is missing or damaged."""
     try:
-        while rest:
-            part, end = decoder.raw_decode(rest)
-            parts.append({key: part[key] for key in sorted(part) if key not in LABELS})
-            rest = rest[end:]
-    except (ValueError, TypeError):  # of a store that somebody changed
-        return declared
-    return [part for part in parts if part]
-
-
-def _made_of(group: Path) -> tuple[str, str] | None:
-    try:
-        attributes = attributes_of(group)
+        return attributes_of(group)
     except InputError:
-        return None
-    return str(attributes.get("checksum", "")), str(attributes.get("declared", ""))
+        return {}
 
 
-def _is_whole(store: Path, name: str) -> bool:
+def is_whole(store: Path, name: str) -> bool:
+    """Tell whether a store holds a recording that can be opened."""
     try:
         _open(store, store / name)
     except InputError:
@@ -276,7 +214,7 @@ def recordings_there(store: Path) -> int:
     if not is_group(store):
         return 0
     names = store_config(store).get("recordings", [])
-    return sum(responses_there(store, name) is not None for name in names)
+    return sum(is_whole(store, name) for name in names)
 
 
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:

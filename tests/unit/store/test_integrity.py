@@ -91,6 +91,19 @@ def test_a_session_file_that_is_mended_needs_no_other_store(fails, does, session
     assert not any(r["ra2"].any() for r in after.responses)  # the other channel is silent
 
 
+def test_no_old_responses_stay_beside_recordings_that_fail(fails, run, does, session, tmp_path):
+    command = ("extract", session, tmp_path / "o.zarr", *ALONE)
+    does(*command)
+    edited(session / "session.json", lambda c: c.update(steady_s=[0.5, 2.5], audio_channels=3))
+    assert run(*command, "--keep-going")[0] == 3
+    assert not list((tmp_path / "o.zarr").glob("*/*/ra2"))
+    edited(session / "session.json", lambda c: c.update(audio_channels=2))
+    does(*command)
+    (session / "2/20/audio.wav").write_bytes(b"cut off")
+    sentence = fails(*command, "--keep-going")
+    assert "2/20: expected responses of the recording as it is now, found responses" in sentence
+
+
 def test_a_broken_recording_is_made_again(does, sounds, store, tmp_path):
     whole = (store / "2/20/ra2/c/0/0").read_bytes()
     shutil.rmtree(store / "2/20/ra2")
