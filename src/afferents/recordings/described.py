@@ -66,8 +66,8 @@ class Described(DataSet):
         said = self.form.model_dump(mode="json", include={"files", "signal"})
         return {"described": said, "declared": {"simulated": self.form.simulated}}
 
-    def matching(self, look: bool = False) -> list[tuple[Path, re.Match[str]]]:
-        """Return the files that match, of the first folder that has any.
+    def matching(self, look: bool = False) -> list[tuple[Path, Mapping[str, str]]]:
+        """Return the files that match and what their names say, of the first folder with any.
 
         Parameters
         ----------
@@ -90,12 +90,12 @@ class Described(DataSet):
         if not found:
             raise self._nothing_matches()
         recordings, rate_hz = [], self.form.signal.rate_hz
-        for path, match in found:
+        for path, said in found:
             series = SeriesFile(path, self.form.signal, rate_hz)
             if rate_hz is None:
                 with suppress(InputError):
                     rate_hz = series.sample_rate_hz
-            recordings.append(self._recording(series, match))
+            recordings.append(self._recording(series, said))
         self._require_distinct(recordings)
         return RecordingSet(self.root, tuple(recordings))
 
@@ -104,16 +104,17 @@ class Described(DataSet):
         files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
         return resampling_sentences(files) or unchecked_sentences(files)
 
-    def _matching_in(self, folder: str) -> Iterator[tuple[Path, re.Match[str]]]:
-        """Yield files whose path from a folder matches all of the pattern."""
-        expression = self.form.files.expression
+    def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
+        """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""
         literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
         places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
         for place in (place for place in places if place.is_dir()):
             for path in place.glob("/".join(["*"] * self.form.files.depth)):
-                match = expression.fullmatch(path.relative_to(place).as_posix())
-                if match and path.is_file():
-                    yield path, match
+                inner = path.relative_to(place)
+                hidden = any(part.startswith(".") for part in inner.parts)
+                said = None if hidden else self.form.files.values(inner.as_posix(), self.path)
+                if said is not None and path.is_file():
+                    yield path, said
 
     def _nothing_matches(self) -> InputError:
         files = self.form.files
@@ -123,8 +124,8 @@ class Described(DataSet):
         wanted = files.pattern or files.regex
         return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
-    def _recording(self, series: SeriesFile, match: re.Match[str]) -> Recording:
-        files, said = self.form.files, match.groupdict(default="")
+    def _recording(self, series: SeriesFile, values: Mapping[str, str]) -> Recording:
+        files, said = self.form.files, dict(values)
         for name, words in files.words.items():
             said[name] = words.get(said[name], said[name])
         speed = files.speed_mm_s

@@ -166,7 +166,7 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         if beside is not None and not (root / beside).is_file():
             beside = None  # whether all have sound is asked of all together
         heard = is_sound(path)
-        speed = float(values[SPEED]) if SPEED in values else None
+        speed = abs(float(values[SPEED])) if SPEED in values else None
         if speed == 0:
             raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
         others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}

@@ -187,15 +187,17 @@ def named(root: Path, paths: Collection[Path]) -> str:
 # Patterns of file names, such as ``{texture}/{speed}_{trial}.avi``.
 
 TEXTURE, SPEED = "texture", "speed"
-_PART = re.compile(r"\{([^{}]*)\}|(\*)")
+_PART = re.compile(r"\{([^{}*]*)\}|(\{\*\}|\*)")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_FORMS = {SPEED: r"\d+(?:\.\d+)?"}
+_FORMS = {SPEED: r"[-+]?\d+(?:\.\d+)?"}
 """What may stand for a name; any part of a path for the others."""
 _HOW = "write it as {texture}/{speed}_{trial}.avi"
 
 
 class Pattern:
     """A pattern of paths in a folder, in which names in braces stand for parts of a path.
+
+    ``*`` or ``{*}`` is any text, and a speed may have a sign, which says a direction.
 
     >>> found = Pattern("{texture}_{speed}.avi").values("soft_felt_20.avi")
     >>> found["texture"], found["speed"]
@@ -222,8 +224,7 @@ class Pattern:
             )
         if not parts or Path(text).is_absolute() or ".." in parts:
             raise InputError(
-                f"{where}: expected a pattern of paths in the session's folder, found '{text}'; "
-                f"{_HOW}"
+                f"{where}: expected a pattern of paths in its folder, found '{text}'; {_HOW}"
             )
         self._short, self._long = (re.compile(self._regex(lazy)) for lazy in ("?", ""))
 

@@ -4,7 +4,7 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -17,10 +17,8 @@ from afferents.errors import InputError, reading
 from afferents.forms import StrictForm
 from afferents.plugins import import_extra
 from afferents.recordings.audio import WavFile
+from afferents.recordings.media import Pattern
 
-_PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
-_ANY = "*"
-_SPEED = r"[-+]?\d+(?:\.\d+)?"
 INTEGER = re.compile(r"[-+]?\d+")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
@@ -39,7 +37,8 @@ class Files(StrictForm):
         ``**`` is any folder.
     pattern
         Their path from there, such as ``{texture}/{speed}_{trial}.csv``: `texture` and `speed`,
-        and conditions of any name; ``{*}`` is what is left alone. All else stands for itself.
+        and conditions of any name; ``{*}`` is what is left alone. All else stands for itself. A
+        path that can be read in two ways is refused.
     regex
         The same as a regular expression with named groups, for all of the path.
     texture, speed_mm_s
@@ -61,9 +60,29 @@ class Files(StrictForm):
     words: dict[str, dict[str, str]] = Field(default_factory=dict)
 
     @property
-    def expression(self) -> re.Pattern[str]:
-        """What a path must match."""
-        return re.compile(self.regex or _expression(self.pattern))
+    def names(self) -> Collection[str]:
+        """What a path says."""
+        if self.pattern:
+            return Pattern(self.pattern).names
+        return re.compile(self.regex).groupindex
+
+    def values(self, path: str, where: Path) -> Mapping[str, str] | None:
+        """Return what a path says by these names; None if it is no recording's.
+
+        Parameters
+        ----------
+        where
+            The description, for the error.
+
+        Raises
+        ------
+        InputError
+            If the pattern reads it in two ways.
+        """
+        if self.pattern:
+            return Pattern(self.pattern, where).values(path)
+        match = re.fullmatch(self.regex, path)
+        return match.groupdict(default="") if match else None
 
     @property
     def depth(self) -> int:
@@ -80,30 +99,18 @@ class Files(StrictForm):
         if bool(self.pattern) == bool(self.regex):
             raise ValueError("either a pattern or a regex")
         try:
-            groups = self.expression.groupindex
+            names = self.names
         except re.error as error:
             raise ValueError(f"no pattern: {error}") from None
-        if ("texture" in groups) == bool(self.texture):
+        except InputError as error:
+            raise ValueError(str(error).partition(": expected ")[2]) from None
+        if ("texture" in names) == bool(self.texture):
             raise ValueError("texture must be in the pattern, or texture be given, not both")
-        if "speed" in groups and self.speed_mm_s:
+        if "speed" in names and self.speed_mm_s:
             raise ValueError("speed must be in the pattern, or speed_mm_s be given, not both")
-        if unknown := sorted(set(self.words) - set(groups)):
+        if unknown := sorted(set(self.words) - set(names)):
             raise ValueError(f"words of '{unknown[0]}', which is not in the pattern")
         return self
-
-
-def _expression(pattern: str) -> str:
-    """Return a pattern with placeholders as a regular expression."""
-    if "}{" in pattern:
-        raise ValueError("two placeholders with nothing between them match in more ways than one")
-    parts = enumerate(_PLACEHOLDER.split(pattern))
-    return "".join(_group(part) if n % 2 else re.escape(part) for n, part in parts)
-
-
-def _group(name: str) -> str:
-    if name == _ANY:
-        return "[^/]*?"
-    return f"(?P<{name}>{_SPEED if name == 'speed' else '[^/]+?'})"
 
 
 class Signal(StrictForm):

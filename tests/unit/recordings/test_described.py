@@ -141,9 +141,8 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({"[signal]\n": "[signal]\nrate = 5\n"}, "unknown key 'signal.rate'"),
         (
             {"{texture}_{speed}": "{texture}_{texture}_{speed}"},
-            "redefinition of group name 'texture'",
+            "a pattern with each name once",
         ),
-        ({"{texture}_{speed}": "{texture}{speed}"}, "two placeholders with nothing between"),
         ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
         ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),
         ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),
@@ -183,6 +182,17 @@ def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
         described(tmp_path, text).recordings()
     with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk;"):
         described(tmp_path, text.replace("{speed}", "{*}")).recordings()
+
+
+def test_a_name_that_is_read_in_two_ways_is_refused_and_a_hidden_file_is_none(tmp_path):
+    csv(tmp_path, "grit_120_20.csv")
+    csv(tmp_path, "._grit_120_20.csv")
+    (one,) = described(tmp_path, FILES + TIMED).recordings().recordings
+    assert (one.texture, one.speed_mm_s) == ("grit_120", 20)
+    csv(tmp_path, "grit_120_20_1.csv")
+    text = FILES.replace("{speed}", "{speed}_{trial}") + TIMED
+    with pytest.raises(InputError, match=r"dataset\.toml: .* texture may be 'grit' or 'grit_120'"):
+        described(tmp_path, text).recordings()
 
 
 def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):

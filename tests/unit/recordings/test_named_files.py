@@ -87,7 +87,7 @@ def test_a_pattern_without_speed_and_with_sound(empty):
         ("{speed}.avi", "a pattern with {texture}"),
         ("{texture}/{texture}.avi", "with each name once"),
         ("{texture/{speed}.avi", "names in braces"),
-        ("../{texture}.avi", "in the session's folder"),
+        ("../{texture}.avi", "of paths in its folder"),
     ],
 )
 def test_patterns_that_fit_nothing_or_twice(empty, pattern, sentence):
