@@ -185,10 +185,13 @@ def write_text(target: Path, text: str) -> None:
 def checksum(*paths: Path) -> str:
     """Return the SHA-256 (hex) of the files' contents, in the order given.
 
-    A folder counts as its files, by name.
+    Of a folder, such as one of images, the names of its files count too: they say when each was
+    taken.
     """
     digest = hashlib.sha256()
     for file_path in (one for path in paths for one in _files_of(path)):
+        if file_path not in paths:
+            digest.update(file_path.name.encode(errors="surrogateescape"))
         with file_path.open("rb") as file:
             while block := file.read(1 << 20):
                 digest.update(block)
@@ -203,7 +206,7 @@ def free_bytes(folder: Path) -> int:
 
 
 def size_of(path: Path) -> int:
-    """Return the size of a file in bytes, or of all files in a folder together.
+    """Return the size of a file in bytes, or of all files in a folder together, hidden ones apart.
 
     Raises
     ------
@@ -214,7 +217,9 @@ def size_of(path: Path) -> int:
 
 
 def _files_of(path: Path) -> list[Path]:
-    return sorted(one for one in path.iterdir() if one.is_file()) if path.is_dir() else [path]
+    if not path.is_dir():
+        return [path]
+    return sorted(p for p in path.iterdir() if p.is_file() and not p.name.startswith("."))
 
 
 def require_same_config(

@@ -159,9 +159,7 @@ def places_of(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return row, column
 
 
-def published_grid(
-    position: Positions, rows: int, columns: int, roll_deg: float = PUBLISHED_ROLL_DEG
-) -> Grid:
+def published_grid(position: Positions, rows: int, columns: int) -> Grid:
     """Find each marker's row and column as the published code does.
 
     Turn by -6.2 degrees about the image's origin, sort by x, cut into columns, sort each by y
@@ -174,14 +172,14 @@ def published_grid(
     position
         Shape (rows * columns, 2), px.
     """
-    upright = turn(position, -roll_deg)
+    upright = turn(position, -PUBLISHED_ROLL_DEG)
     by_x = np.argsort(upright[:, 0], kind="stable").reshape(columns, rows)
     within = np.argsort(upright[by_x, 1], axis=1, kind="stable")
     order = np.take_along_axis(by_x, within, axis=1)
     row, column = np.empty((2, len(position)), dtype=np.intp)
     row[order] = np.arange(rows)[None, :]
     column[order] = np.arange(columns)[:, None]
-    return Grid(row, column, roll_deg)
+    return Grid(row, column, PUBLISHED_ROLL_DEG)
 
 
 def turn(position: Positions, angle_deg: float) -> Positions:

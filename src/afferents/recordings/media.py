@@ -37,6 +37,11 @@ class ImageFolder:
     path: Path
     fps_hz: float
 
+    @property
+    def rate_hz(self) -> float:
+        """What times count from, Hz, as of a video file."""
+        return self.fps_hz
+
     @cached_property
     def numbered(self) -> dict[int, Path]:
         """The images by their numbers, ascending.

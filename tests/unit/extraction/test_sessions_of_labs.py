@@ -10,7 +10,9 @@ import pytest
 
 import afferents
 from afferents import markers
+from afferents.extraction.options import declared_of
 from afferents.inspection.inspect import grid_sentence
+from afferents.markers.sensor import sensors_of
 
 ALONE = ("--quiet", "--workers", 1)
 TIP_B = (Path(markers.__file__).parent / "sensors/tip_b.toml").read_text()
@@ -104,6 +106,16 @@ def test_what_is_declared_otherwise_is_extracted_again_alone(extracted):
     assert label == ("felt/1", "wool", 20.0)
     assert felt.attrs["name"] == "felt/2"
     assert written(store, "felt/2")[0].items() <= values.items()
+
+
+def test_the_rate_of_images_is_among_what_is_declared_of_them(tmp_path):
+    (tmp_path / "felt").mkdir()
+    said = set()
+    for fps_hz in (30, 90):
+        (tmp_path / "session.toml").write_text(f'pattern = "{{texture}}/"\nfps_hz = {fps_hz}\n')
+        session = afferents.read_session(tmp_path)
+        said.add(declared_of(session.recordings[0], session, sensors_of(session, None)))
+    assert len(said) == 2
 
 
 def test_ids_of_any_depth(extracted):

@@ -66,4 +66,9 @@ def test_a_folder_is_told_from_others_by_all_its_images(folder):
     size = size_of(folder)
     assert size == sum(path.stat().st_size for path in folder.iterdir())
     cv2.imwrite(str(folder / "frame12.png"), np.full((4, 6), 13, np.uint8))
-    assert checksum(folder) != before
+    changed = checksum(folder)
+    assert changed != before
+    (folder / ".DS_Store").write_bytes(b"view")
+    assert checksum(folder) == changed
+    (folder / "frame12.png").rename(folder / "frame13.png")  # taken later
+    assert checksum(folder) != changed
