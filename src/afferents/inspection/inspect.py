@@ -58,7 +58,7 @@ from afferents.reporting.style import save_figure
 from afferents.reporting.summary_text import what_was_lost
 from afferents.store.recording import Recording, RecordingSet, natural_order
 from afferents.store.responses import Responses, named_by_spacing, speed_of
-from afferents.store.trimming import AUDIO_S, LAST_FRAME
+from afferents.store.trimming import AUDIO_S, LAST_FRAME, cut_audio
 
 APART = 20
 """Frames between the two images, as in the paper's Figures 8 and 10."""
@@ -253,6 +253,9 @@ def look_at(
                 responses = responses_of(seen, sensor)
                 doubts = doubts + doubts_of(seen, responses)
                 lost = share_lost(responses[dims.DETECTED], responses.attrs)
+            if isinstance(table := recording.audio, SeriesFile):  # refused if nothing is left of it
+                rate_hz, steady_s = table.sample_rate_hz, recording.steady_s
+                cut_audio(table.n_samples, rate_hz, "all", steady_s, recording.name)
     except AfferentsError as error:
         return number, Look(row, [str(error)])
     return number, Look(row, [str(doubt.error) for doubt in doubts], lost)
@@ -332,10 +335,9 @@ def table_sentences(session: RecordingSet) -> list[str]:
         length_s = file.n_samples / file.sample_rate_hz
         start, stop = recording.steady_s or (EDGE_S, length_s - EDGE_S)
         said.append(f"channels: {names}, at {file.sample_rate_hz:g} Hz")
-        said.append(
-            f"used of the first: {start:g} to {stop:.4g} s of {length_s:.4g} s; steady_s says "
-            "which part"
-        )
+        if start < stop:
+            used = f"{start:g} to {stop:.4g} s of {length_s:.4g} s"
+            said.append(f"used of the first: {used}; steady_s says which part")
     return [f"{text[:1].upper()}{text[1:]}." for text in said]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from afferents.errors import InputError, reading, then
 from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
-from afferents.quality.lasting import EDGE_S
+from afferents.quality.lasting import EDGE_S, PAST_END_S
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
@@ -95,17 +95,20 @@ def check_recording(
     Raises
     ------
     InputError
-        If a file is unreadable, the video of another size or frame rate than declared, the
-        audio of another rate or with other channels, or (unless `length` is accepted) so much
-        shorter than the video that the part at constant speed lacks some, or more than 1 s and 5%
-        longer.
+        If a file is unreadable, the video of another size or frame rate than declared, or over
+        before the declared constant speed is, the audio of another rate or with other channels, or
+        (unless `length` is accepted) so much shorter than the video that the part at constant
+        speed lacks some, or more than 1 s and 5% longer.
     """
     video, audio = recording.video, recording.audio
     sound = audio if isinstance(audio, WavFile) else None
     if isinstance(video, ClipFile):
         _check_video(video, sound, declared)
+        _require_steady(recording, video.path, video.duration_s, declared)
     if sound is not None:
         _check_audio(sound, declared)
+    if sound is not None and video is None:
+        _require_steady(recording, sound.path, sound.n_samples / sound.sample_rate_hz, declared)
     if isinstance(video, ClipFile) and sound is not None:
         return require_accepted(_doubt_lengths(video, sound, recording.steady_s, declared), accept)
     return []
@@ -120,13 +123,24 @@ def _check_video(video: ClipFile, audio: WavFile | None, declared: SessionFile) 
             f"declare frame_width and frame_height in {declared.file}"
         )
     expected_hz = declared.fps_hz
-    if expected_hz is None or (isinstance(video, VideoFile) and video.rate_hz is not None):
+    if expected_hz is None or video.rate_hz is not None:
         return
     if abs(video.fps_hz - expected_hz) > RATE_TOLERANCE * expected_hz:
         do = wrong_rate(video.n_frames, video.fps_hz, expected_hz, audio, declared.file)
         raise InputError(
             f"{video.path}: expected about {expected_hz:g} frames a second, found "
             f"{video.fps_hz:g}{then(do)}"
+        )
+
+
+def _require_steady(
+    recording: Recording, path: Path, length_s: float, declared: SessionFile
+) -> None:
+    """Refuse a constant speed that goes on after the recording has ended; 0 s: none is declared."""
+    if recording.steady_s and 0 < length_s < recording.steady_s[1] - PAST_END_S:
+        raise InputError(
+            f"{path}: expected at least {recording.steady_s[1]:g} s, to the end of steady_s, found "
+            f"{length_s:.2f} s; mend steady_s in {declared.file}"
         )
 
 

@@ -1,6 +1,7 @@
 """Whether the recordings of a session belong together: its grid, its files, its rates."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -81,9 +82,10 @@ def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: Ses
 
 
 def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> None:
-    """Refuse recordings of several frame rates or sample rates, where none is declared.
+    """Refuse recordings of several frame rates or sample rates.
 
-    What is learnt from them is counted in frames and in Hz, and would be mixed. Opens all files.
+    What is learnt from them is counted in frames and in Hz, and would be mixed. Opens all files
+    where no rate is declared of all; whether a file has the declared one is `check_recording`'s.
 
     Raises
     ------
@@ -96,9 +98,8 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
         ("fps_hz", RATE_TOLERANCE, "frames a second", true),
         ("sample_rate_hz", 0.0, "samples a second", each),
     ):
-        if getattr(declared, what) is not None:
-            continue
-        known = [(r.name, rate) for r in session.recordings if (rate := getattr(r, what))]
+        rates = [(r.name, _rate(r, what, declared)) for r in session.recordings]
+        known = [(name, rate) for name, rate in rates if rate]
         for name, rate in known:
             first, expected = known[0]
             if abs(rate - expected) > tolerance * expected:
@@ -106,6 +107,17 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
                     f"{session.root}: expected recordings of one rate ({unit}), found "
                     f"{expected:g} in {first}, {rate:g} in {name}; {do}"
                 )
+
+
+def _rate(recording: Recording, what: str, declared: SessionFile) -> float | None:
+    """Return its own rate, Hz, else the one that is declared of all, else its file's, if any."""
+    source = recording.video if what == "fps_hz" else recording.audio
+    if source is None:
+        return None
+    own: float | None = getattr(source, "rate_hz", None) or getattr(declared, what)
+    with suppress(InputError):  # which extracting it says
+        return own or getattr(source, what)
+    return None
 
 
 # The session folder: recordings that belong together, in the published layout or as it says.

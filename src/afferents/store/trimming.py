@@ -85,7 +85,7 @@ def _nothing_left(
         return InputError(
             f"{name}: expected more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end "
             f"where nothing says when the speed was constant, found {found}; say it: steady_s = "
-            "[START, STOP] in session.toml, or --steady START:STOP"
+            "[START, STOP] in session.toml or dataset.toml, or --steady START:STOP"
         )
     declared = f"{steady_s[0]:g} to {steady_s[1]:g} s"
     return InputError(

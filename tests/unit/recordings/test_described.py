@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import soundfile
 
+import afferents
 from afferents.errors import InputError
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.described import Described
@@ -127,6 +128,13 @@ def test_the_part_of_constant_speed_may_count_from_the_end(tmp_path, steady, exp
     assert (whole.steady_s, broken.steady_s) == (expected, None)
 
 
+def test_a_table_of_which_nothing_would_be_used_is_a_problem(tmp_path):
+    csv(tmp_path)
+    described(tmp_path, FILES + TIMED)
+    (problem,) = afferents.inspect(tmp_path, tmp_path / "pictures", quiet=True).problems
+    assert "silk_20: expected more than 5 s" in problem
+
+
 def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
     csv(tmp_path)
     described(tmp_path, FILES + TIMED)
@@ -231,6 +239,7 @@ def changed(**columns):
         (changed(left=(3, "inf")), TIMED, "line 5: expected numbers, found 'inf'"),
         (changed(left=(3, 0.5)), TIMED + "integers = true\n", "expected integers, found '0"),
         (FRAME[:0], TIMED, "rows of data below the header, found none"),
+        (FRAME, TIMED + "steady_s = [0.5, 9]\n", "at least 9 s, to the end of steady_s, found 3"),
         (FRAME[:20], TIMED + "least_s = 1.0\n", "at least 1"),
         (pd.concat([FRAME[:9], FRAME[8:]]), TIMED, "found 0 ms"),
     ],

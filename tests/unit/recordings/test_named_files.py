@@ -214,6 +214,9 @@ def test_rates_that_contradict_each_other_are_refused(lab, write_video, write_au
         require_rates_that_agree(session, session.declared)
     session = afferents.read_session(lab([], TWO + "fps_hz = 90\n"))
     require_rates_that_agree(session, session.declared)
+    session = afferents.read_session(lab([], "fps_hz = 90\n" + TWO + "fps_hz = 30\n"))
+    with pytest.raises(InputError, match=r"one rate .*, found 90 in a, 30 in b"):
+        require_rates_that_agree(session, session.declared)
     write_audio(root / "a.wav")
     write_audio(root / "b.wav", sample_rate_hz=8000, channels=1)
     session = afferents.read_session(lab([], 'pattern = "{texture}.wav"\n'))
@@ -235,6 +238,10 @@ def test_sound_may_end_with_the_constant_speed(lab, write_audio):
     (root / "session.toml").write_text(toml + "steady_s = [0.5, 1.9]\n")
     (recording,) = afferents.read_session(root).recordings
     assert check_recording(recording, session_file(root)) == []
+    (root / "session.toml").write_text(ONE + "steady_s = [0.5, 6]\n")
+    (recording,) = afferents.read_session(root).recordings
+    with pytest.raises(InputError, match=r"a\.avi: expected at least 6 s, .* found 3\.00 s"):
+        check_recording(recording, session_file(root))
 
 
 TABLE = pd.DataFrame(

@@ -38,7 +38,7 @@ def test_all_is_the_constant_speed_or_drops_two_and_a_half_seconds_at_each_end()
 def test_what_is_shorter_than_the_ends_says_what_to_declare():
     with pytest.raises(InputError, match=r"found audio from 0\.00 to 4\.00 s"):
         cut_audio(400, 100, "all", None, "3/50")
-    with pytest.raises(InputError, match=r"steady_s = \[START, STOP\] in session\.toml, or --stea"):
+    with pytest.raises(InputError, match=r"steady_s = \[START, STOP\] in session\.toml or data"):
         cut_frames(np.arange(0, 3, 0.01), "all", None, "felt/1")
 
 
