@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.extraction.extract import marker_responses
+from afferents.markers.detect import undistorted
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_hidden_markers, measure_quality
 from afferents.markers.sensor import Sensor
@@ -86,7 +87,7 @@ def inspect_video(
     found.facts |= {"doubts": {d.kind: d.found for d in issues}}
     found.facts["stalls_s"] = stalls.spans
     assert watched.last is not None
-    found.pictures = draw_video(watched.last.image, tracks, path.name, out)
+    found.pictures = draw_video(watched.last.image, tracks, sensor, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
@@ -110,9 +111,14 @@ def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
     ]
 
 
-def draw_video(image: GreyImage, tracks: xr.Dataset, name: str, out: Path) -> list[Path]:
-    """Draw the markers on the last frame with their trails, and the responses over time."""
-    responses = marker_responses(tracks)
+def draw_video(
+    image: GreyImage, tracks: xr.Dataset, sensor: Sensor, name: str, out: Path
+) -> list[Path]:
+    """Draw the markers on the last frame with their trails, and the responses over time.
+
+    Markers are where the lens shows them, responses as without its distortion.
+    """
+    responses = marker_responses(undistorted(tracks, sensor.lens))
     positions = tracks[dims.POSITION].values
     markers = markers_figure(
         image, positions[-1], tracks[dims.DETECTED].values[-1], name, positions
