@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import numpy as np
 import xarray as xr
 
 from afferents import dims
@@ -295,31 +294,11 @@ def responses_of(
     if recording.video is not None and sensor is not None:
         order, count_from = (None, reference) if rest == "reference" else (reference, None)
         tracks = track_markers(recording.video, sensor, method, order, count_from=count_from)
-        _require_times_that_go_on(tracks, recording.video.path)
         parts.append(marker_responses(undistorted(tracks, sensor.lens)))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")
     return label(merged, recording)
-
-
-def _require_times_that_go_on(tracks: xr.Dataset, path: Path) -> None:
-    """Refuse a video whose frames are not in order of time, such as some H.264 in avi.
-
-    Raises
-    ------
-    InputError
-        Naming the first frame that isn't.
-    """
-    time_s = tracks[dims.TIME].values
-    back = np.flatnonzero(~(np.diff(time_s) > 0))
-    if len(back):
-        before, after = time_s[back[0]], time_s[back[0] + 1]
-        raise InputError(
-            f"{path}: expected frame times of which each is after the one before, found "
-            f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
-            "fps_hz into session.toml: times then count from it"
-        )
 
 
 def marker_responses(tracks: xr.Dataset) -> xr.Dataset:

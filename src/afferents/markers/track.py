@@ -297,7 +297,7 @@ def track_markers(
     ------
     InputError
         If the video is of another size than the sensor file says, ends before the rest frame,
-        or does not show the markers that the sensor file declares.
+        does not show the markers that the sensor file declares, or its times go back.
     """
     check_size(video.path, (video.width, video.height), sensor)
     passed = _Passed()
@@ -315,6 +315,7 @@ def track_markers(
     tracked, jumps_s = _follow(tracker, tracker.at_rest(present), chain(at_rest[1:], coming))
     if passed.stopped and not keep_partial:
         raise AfferentsError(passed.stopped)
+    _require_times_that_go_on(passed.time_s, video.path)
     rest = own if count_from is None else count_from
     tracks = labelled(passed.time_s, tracked, rest, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(passed.change))
@@ -327,6 +328,24 @@ def track_markers(
         **seen,
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
+
+
+def _require_times_that_go_on(time_s: Sequence[float], where: object) -> None:
+    """Refuse a video whose frames are not in order of time, such as some H.264 in avi.
+
+    Raises
+    ------
+    InputError
+        Naming the first frame that isn't.
+    """
+    back = np.flatnonzero(~(np.diff(time_s) > 0))
+    if len(back):
+        before, after = time_s[back[0]], time_s[back[0] + 1]
+        raise InputError(
+            f"{where}: expected frame times of which each is after the one before, found "
+            f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
+            "fps_hz into session.toml: times then count from it"
+        )
 
 
 @dataclass
