@@ -317,7 +317,12 @@ def sensors_of(session: Session, given: Sensor | None) -> Sensors:
     if given is not None:
         return Sensors(given)
     if session.declared.sensor is not None:
-        return Sensors(load_sensor(sensor_named(session.root, session.declared.sensor)), own)
+        try:
+            usual = load_sensor(sensor_named(session.root, session.declared.sensor))
+        except InputError as error:
+            where = session.root / session.declared.file
+            raise InputError(f"{where}, sensor {error}; mend it there, or give --sensor") from None
+        return Sensors(usual, own)
     if len(own) == len(session.recordings):
         return Sensors(next(iter(own.values())), own)
     return Sensors(load_sensor(USUAL), own)

@@ -118,6 +118,12 @@ def test_the_rate_of_images_is_among_what_is_declared_of_them(tmp_path):
     assert len(said) == 2
 
 
+def test_a_sensor_that_is_not_there_is_named_with_the_file_that_names_it(fails, lab, tmp_path):
+    sentence = fails("extract", lab('sensor = "mine"\n' + PATTERN), tmp_path / "s.zarr", *ALONE)
+    assert "session.toml, sensor mine: expected a sensor file" in sentence
+    assert sentence.endswith("found none; mend it there, or give --sensor")
+
+
 def test_ids_of_any_depth(extracted):
     one = '[[recordings]]\nvideo = "felt_{}.mkv"\ntexture = "felt"\nid = "{}"\n'
     store = extracted(one.format(1, "alone") + one.format(2, "a/b/c/d"))
