@@ -117,6 +117,11 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
     Once a session: the fingertip's mounting (tilt, place, depth; or as `Mounting.remount` says) and
     the friction of its material. Once a drum: run-out. For each run: the angle at which the drum
     starts, since it stopped anywhere after the run before; friction's change; the clocks' offset.
+
+    Raises
+    ------
+    InputError
+        If the fingertip would not touch.
     """
     mount = rig.mounting
     run = (texture, speed_mm_s)
@@ -127,8 +132,15 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
     of_run = random_of(seed, *run, _RUN, mount.indentation_mm)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
+    depth_mm = mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm))
+    if depth_mm <= 0:
+        raise InputError(
+            f"--indentation: expected a fingertip that touches, found {depth_mm:.2f} mm, drawn "
+            f"about {mount.indentation_mm:g} for {texture}/{speed_mm_s:g}; press deeper, or "
+            "lessen the nuisance 'indentation'"
+        )
     return Drawn(
-        indentation_mm=mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm)),
+        indentation_mm=depth_mm,
         tilt_rad=(float(tilt[0]), float(tilt[1])),
         lateral_mm=float(np.clip(of_mounting.normal(0, mount.lateral_mm), -3, 3)),
         friction=math.exp(

@@ -156,6 +156,7 @@ def _check(simulation: Simulation) -> None:
             f"--seconds: expected more than {STEADY_S:g} (the drum runs up before that), found "
             f"{simulation.seconds:g}"
         )
+    simulation.config()  # refuses what can't be drawn, before anything is written
 
 
 def _claim(simulation: Simulation) -> None:

@@ -107,7 +107,8 @@ def simulation_of(
         Each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
     nuisances
         ``none``, or ``all``, ``hard`` (all, of the strengths in `HARD`) and names of `NUISANCES`
-        separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
+        separated by commas, all but ``hard`` with or without a strength of their own, such as
+        ``hard,tilt=0.02``.
     remount
         When the fingertip is mounted: once a session, or anew for each drum or run.
     rig, sensor
@@ -125,17 +126,25 @@ def simulation_of(
     InputError
         If one of these is not what it should be.
     """
+    if seed < 0:
+        raise InputError(f"--seed: expected 0 or more, found {seed}")
     rig = _as_asked(
         rig or Rig(), remount, seed if reprint is None else reprint, indentation_mm, nodules
     )
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
     maps = dict(height_map(text, rig.drum) for text in height_maps)
-    folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
+    folders = dict.fromkeys(
+        texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
+    )
+    speeds = _SPEEDS if speeds_mm_s is None else tuple(dict.fromkeys(speeds_mm_s))
+    for option, wanted in (("--textures", folders), ("--speeds", speeds)):
+        if not wanted:
+            raise InputError(f"{option}: expected one or more, found none")
     asked = {"indentation_mm": indentation_mm, "print": reprint}
     return Simulation(
         session,
         tuple(folders),
-        tuple(dict.fromkeys(speeds_mm_s or _SPEEDS)),
+        speeds,
         seconds if seconds is not None else _SECONDS[preset],
         seed,
         rig,
@@ -153,8 +162,8 @@ def _as_asked(
     nodules: Nodules,
 ) -> Rig:
     """Return the rig with the switches of a session."""
-    if prints < 0:  # a session's drums are those of its seed
-        raise InputError(f"--seed or --reprint: expected 0 or more, found {prints}")
+    if prints < 0:
+        raise InputError(f"--reprint: expected 0 or more, found {prints}")
     mounting: dict[str, Any] = {"remount": remount}
     if indentation_mm is not None:
         if not 0 < indentation_mm <= DEEPEST_MM:
@@ -178,11 +187,13 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     Raises
     ------
     InputError
-        If a strength is no number.
+        If a strength is no number, or ``hard`` has one.
     """
     strengths: dict[str, float | None] = {}
     for word in text.split(","):
         name, _, strength = word.strip().partition("=")
+        if name == "hard" and strength:
+            raise InputError(f"--nuisances: expected 'hard' without a strength, found '{word}'")
         try:
             named = dict.fromkeys(NUISANCES if name in ("all", "hard") else [name])
             strengths |= {n: float(strength) for n in named} if strength else named

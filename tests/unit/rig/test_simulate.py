@@ -144,6 +144,11 @@ def test_a_height_map_is_a_texture(tmp_path):
         ({"nuisances": "wobble"}, r"nuisances: .* found 'wobble'"),
         ({"nuisances": "tilt=-1"}, r"tilt_rad: expected .*greater than or equal to 0, found -1"),
         ({"reprint": -1}, r"--reprint: expected 0 or more"),
+        ({"seed": -1, "reprint": 0}, r"--seed: expected 0 or more"),
+        ({"textures": ()}, r"--textures: expected one or more"),
+        ({"speeds_mm_s": ()}, r"--speeds: expected one or more"),
+        ({"nuisances": "hard=2"}, r"expected 'hard' without a strength, found 'hard=2'"),
+        ({"indentation_mm": 0.1, "seed": 6}, r"--indentation: expected a fingertip that touches"),
         ({"indentation_mm": 3.0}, r"--indentation: expected more than 0 and at most 2 mm"),
         ({"nuisances": "tilt=much"}, r"--nuisances: expected NAME or NAME=STRENGTH.*'tilt=much'"),
         (
