@@ -137,9 +137,14 @@ def listed(root: Path, declared: SessionFile) -> list[Recording]:
     Raises
     ------
     InputError
-        If a file is not there, the pattern fits none, or two recordings have one id.
+        If a file is not there, a pattern fits none, or two recordings have one id.
     """
     entries = declared.recordings or tuple(_by_pattern(root, declared))
+    if declared.audio_pattern and not any(entry.audio for entry in entries):
+        raise InputError(
+            f"{root / declared.file}: expected sound that the audio_pattern "
+            f"'{declared.audio_pattern}' fits, found none; mend it, or leave it out"
+        )
     _require_names(root / declared.file, entries)
     return [_listed_recording(root, entry, declared) for entry in entries]
 

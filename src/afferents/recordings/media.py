@@ -93,7 +93,16 @@ class ImageFolder:
     def _step(self) -> int:
         """From one number to the next, where none is missing."""
         steps = np.diff(list(self.numbered))
-        return int(steps.min()) if len(steps) else 1
+        if not len(steps):
+            return 1
+        least, between = int(steps.min()), steps % steps.min() != 0
+        if between.any():
+            raise InputError(
+                f"{self.path}: expected numbers that count frames, in steps of {least} or, where "
+                f"some were lost, of a multiple of it, found a step of {steps[between][0]}; number "
+                "the images by frame, not by time"
+            )
+        return least
 
     @property
     def duration_s(self) -> float:
@@ -222,6 +231,10 @@ class Pattern:
         if wrong or re.search(r"[{}]", _PART.sub("", text)):
             raise InputError(
                 f"{where}: expected a pattern with names in braces, found '{text}'; {_HOW}"
+            )
+        if "speed_mm_s" in self.names:
+            raise InputError(
+                f"{where}: expected a pattern with {{speed}}, found '{text}'; the speed is in mm/s"
             )
         if len(set(self.names)) < len(self.names):
             raise InputError(

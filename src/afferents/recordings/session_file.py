@@ -1,5 +1,6 @@
 """What `session.toml` and `session.json` say."""
 
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,7 +28,7 @@ _LONGEST = 100
 
 def _text_of(label: Any) -> Any:
     """Return a number as the text that names a folder."""
-    return f"{label:g}" if type(label) in (int, float) else label
+    return f"{label:.15g}" if type(label) in (int, float) else label
 
 
 def require_label(label: str) -> str:
@@ -44,8 +45,8 @@ def require_label(label: str) -> str:
 
 
 def _interval(steady: tuple[float, float]) -> tuple[float, float]:
-    if not 0 <= steady[0] < steady[1]:
-        raise ValueError("steady_s is [start, stop] with 0 <= start < stop")
+    if not 0 <= steady[0] < steady[1] < math.inf:
+        raise ValueError("steady_s is [start, stop] with 0 <= start < stop, both finite")
     return steady
 
 
@@ -63,8 +64,12 @@ def _labels(name: str) -> str:
 
 
 def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | float]:
-    for name in conditions:
+    for name, value in conditions.items():
         require_label(name)
+        if name == "speed":
+            raise ValueError("conditions other than the speed, which is speed_mm_s")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"conditions that are text or finite numbers ({name})")
     return conditions
 
 
@@ -122,7 +127,7 @@ class ListedRecording(StrictForm):
     @property
     def name(self) -> str:
         """Its id."""
-        speed = None if self.speed_mm_s is None else f"{self.speed_mm_s:g}"
+        speed = None if self.speed_mm_s is None else f"{self.speed_mm_s:.15g}"
         parts = (self.texture, speed, self.repetition)
         return self.id or "/".join(part for part in parts if part is not None)
 

@@ -200,6 +200,8 @@ class Signal(StrictForm):
             raise ValueError(f"{lone[0]} goes with resample_hz")
         if self.resample_hz is not None and self.time is None:
             raise ValueError("resample_hz needs the time column")
+        if self.duplicates == "once" and self.time is None:
+            raise ValueError("duplicates = 'once' needs the time column")
         if self.resample_hz is not None and other:
             raise ValueError(f"resample_hz or {other[0]}, not both")
         if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1] >= 0:

@@ -159,6 +159,7 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({TIMED: "steady_s = [3.0, 2.0]\n"}, "steady_s must start before it stops"),
         ({TIMED: "steady_s = [0.0, 0.0]\n"}, "steady_s must start before it stops"),
         ({TIMED: "sample_rate_hz = -5\n"}, "sample_rate_hz"),
+        ({TIMED: 'duplicates = "once"\n'}, "duplicates = 'once' needs the time column"),
         ({TIMED: "resample_hz = 300\n"}, "resample_hz needs the time column"),
         ({TIMED: 'time = "t"\nlongest_gap_ms = 3\n'}, "longest_gap_ms goes with resample_hz"),
         ({TIMED: f"{RESAMPLED}period_ms = 3\n"}, "resample_hz or period_ms, not both"),

@@ -32,6 +32,9 @@ def test_numbers_may_count_in_steps(tmp_path):
         cv2.imwrite(str(tmp_path / f"{n:03}.bmp"), np.zeros((4, 6), np.uint8))
     times = [frame.time_s for frame in ImageFolder(tmp_path, 10.0).frames()]
     assert times == pytest.approx([0, 0.1, 0.2])
+    cv2.imwrite(str(tmp_path / "035.bmp"), np.zeros((4, 6), np.uint8))  # a time stamp
+    with pytest.raises(InputError, match=r"steps of 10 .* a step of 15; number the im"):
+        next(ImageFolder(tmp_path, 10.0).frames())
 
 
 def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):

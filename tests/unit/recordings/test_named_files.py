@@ -88,6 +88,11 @@ def test_a_pattern_without_speed_and_with_sound(empty):
         ("{texture}/{texture}.avi", "with each name once"),
         ("{texture/{speed}.avi", "names in braces"),
         ("../{texture}.avi", "of paths in its folder"),
+        ("{texture}/{speed_mm_s}_{trial}.avi", "a pattern with {speed}"),
+        (
+            '{texture}/{speed}_{trial}.avi"\naudio_pattern = "{texture}.wav',
+            "fits, found none",
+        ),
     ],
 )
 def test_patterns_that_fit_nothing_or_twice(empty, pattern, sentence):
@@ -161,6 +166,8 @@ def test_what_people_write_is_what_programs_write(empty):
         (ONE + "speed_mm_s = 0\n", "recordings.0.speed_mm_s"),
         (ONE + 'speed_mm_s = "20"\n', "recordings.0.speed_mm_s"),
         (ONE + "steady_s = [2, 1]\n", "0 <= start < stop"),
+        (ONE + "steady_s = [0.5, inf]\n", "0 <= start < stop, both finite"),
+        (ONE + "conditions = {pressure = inf}\n", "text or finite numbers"),
         (ONE + 'id = "../a"\n', "a label without '/'"),
         (ONE.replace('"a"', '"a/b"'), "a label without '/'"),
         (ONE + ONE, "an id each, found a.avi and a.avi, both a"),
@@ -264,6 +271,8 @@ def test_rows_of_a_table_are_recordings_and_other_columns_conditions(empty):
     assert felt.conditions == {"pressure": 1.5, "operator": "kim"}
     assert (felt.rest_frame, felt.steady_s) == (5, (0.5, 2.0))
     assert (three.speed_mm_s, three.rest_frame) == (None, None)
+    large = afferents.Session.from_table(TABLE.assign(texture=[1234567, 1234568]), root)
+    assert large.textures == ("1234567", "1234568")
     assert session.declared.sensor == "hex127"
 
 
@@ -273,6 +282,7 @@ def test_rows_of_a_table_are_recordings_and_other_columns_conditions(empty):
         (TABLE.assign(speed_mm_s="fast"), r"row 0 of the table: .*speed_mm_s"),
         (TABLE.iloc[:0], "a row for each recording, found none"),
         (TABLE[["video"]], "a recording with the key 'texture'"),
+        (TABLE.assign(speed=20), "which is speed_mm_s"),
     ],
 )
 def test_a_table_that_makes_no_sense(empty, table, sentence):
