@@ -62,7 +62,8 @@ def reading(where: object, what: str, *kinds: type[Exception], do: str = "") -> 
     except AfferentsError:
         raise
     except expected as error:
-        at = getattr(error, "filename", None) or where  # of what lies in a folder
+        at = str(getattr(error, "filename", None) or where)  # of what lies in a folder
+        at = at.removeprefix("file:")  # as FFmpeg was told
         raise InputError(f"{at}: expected {what}, found {reason_of(error)}{then(do)}") from error
 
 

@@ -89,7 +89,8 @@ def inspect(
     source: Annotated[
         str,
         typer.Argument(
-            help="A video, a wav, a session folder, a store, a dataset.toml, or fabricslide:PATH."
+            help="A video (or folder of images), sound, a session folder, a store, a "
+            "dataset.toml, or fabricslide:PATH."
         ),
     ],
     out: Annotated[
@@ -149,7 +150,7 @@ def calibrate(
 
 
 def track(
-    source: Annotated[Path, typer.Argument(help="A video, or a session folder.")],
+    source: Annotated[Path, typer.Argument(help="A video (or folder of images), or a session.")],
     out: StoreOut,
     sensor: Annotated[
         str | None,

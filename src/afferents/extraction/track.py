@@ -16,8 +16,9 @@ from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
 from afferents.outputs import require_free
 from afferents.progress import Progress
+from afferents.recordings.media import is_image_folder
 from afferents.recordings.session_file import rate_in
-from afferents.recordings.video import VideoWithProgress, open_video
+from afferents.recordings.video import VideoWithProgress, open_clip, open_video
 from afferents.store.recording import Video
 from afferents.store.zarr_store import TRACKS, is_tracks, write_group
 
@@ -34,6 +35,8 @@ def track_into(
     fps_hz: float | None = None,
 ) -> list[str]:
     """Track a video, or all videos of a session, into a store; say how that of one video went.
+
+    A folder of numbered images is a video, if `fps_hz` is given.
 
     A session's store is as `extract` writes it, without vibration.
 
@@ -56,7 +59,7 @@ def track_into(
     PartialFailureError
         As `track_video`.
     """
-    if source.is_dir():
+    if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(
             source, out, sensor, method, workers=workers, vibration=False, cluster=cluster,
             fps_hz=fps_hz,
@@ -98,7 +101,7 @@ def track_video(
         If the video can't be decoded to its end; the store holds what came before.
     """
     require_free(out, "a video's tracks", is_tracks, force=force, reads=[path])
-    video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
+    video = open_clip(path, None if fps_hz is None else rate_in(fps_hz))
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)

@@ -13,12 +13,16 @@ from afferents.markers.estimate import looks
 from afferents.markers.sensor import DiscDetector, load_sensor
 from afferents.outputs import has_mark, is_our_picture, require_free
 from afferents.progress import printable
-from afferents.recordings.video import open_video
+from afferents.recordings.video import open_clip
 from afferents.reporting.recording_figures import markers_figure
 from afferents.reporting.style import save_figure
 
 if TYPE_CHECKING:
     from afferents.markers.sensor import Sensor
+
+
+_ANY_HZ = 1.0
+"""Rate of clips of which only places are wanted: of images nothing else says one."""
 
 
 def calibrate_sensor(
@@ -50,7 +54,7 @@ def calibrate_sensor(
     require_free(out, "a sensor file", lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
     require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
-        [open_video(video) for video in videos], printable(out.stem), pitch_mm
+        [open_clip(video, _ANY_HZ) for video in videos], printable(out.stem), pitch_mm
     )
     seen = np.ones(len(found.position), dtype=bool)
     source = ", ".join(video.name for video in videos)
@@ -137,7 +141,8 @@ def calibrate(
     Parameters
     ----------
     video
-        A clip that begins with the skin at rest, or several of the same sensor.
+        A clip (a video, or a folder of numbered images) that begins with the skin at rest, or
+        several of the same sensor.
     out
         Sensor file to write, ending in ``.toml``; a picture to check comes beside it.
     pitch_mm

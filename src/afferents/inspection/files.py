@@ -22,7 +22,7 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.check import video_facts
 from afferents.recordings.footage import Footage
 from afferents.recordings.session_file import rate_in
-from afferents.recordings.video import VideoWithProgress, open_video
+from afferents.recordings.video import VideoWithProgress, open_clip
 from afferents.reporting.overlay import write_overlay
 from afferents.reporting.recording_figures import (
     markers_figure,
@@ -60,7 +60,7 @@ def inspect_video(
     fps_hz: float | None = None,
 ) -> Inspection:
     """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
-    video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
+    video = open_clip(path, None if fps_hz is None else rate_in(fps_hz))
     found = Inspection(str(path), facts={"video": video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     found.sentences.append(

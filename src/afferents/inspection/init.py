@@ -171,6 +171,12 @@ def _look(folder: Path) -> _Found:
             in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
         except InputError:
             in_layout = False
+    if paths == [folder]:
+        raise InputError(
+            f"{folder}: expected a folder of recordings, found the images of one; give the folder "
+            f"that holds it, {folder.resolve().parent}"
+        )
+    paths = [path for path in paths if path != folder]  # pictures beside recordings
     if not paths:
         raise InputError(
             f"{folder}: expected videos, sound, or folders of numbered images, found none of them"

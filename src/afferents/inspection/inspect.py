@@ -44,6 +44,7 @@ from afferents.recordings.check import facts
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.described import Described
+from afferents.recordings.media import is_image_folder, is_sound
 from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
@@ -152,8 +153,8 @@ def inspect(
     Parameters
     ----------
     source
-        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
-        a `DataSet` of your own.
+        A video or a folder of numbered images, sound, a session, a store, a ``dataset.toml``,
+        ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Folder for the pictures; None for ``NAME-inspected``.
     sensor
@@ -189,18 +190,18 @@ def inspect(
         out = f"{Path(str(source).rpartition(':')[2].rstrip('/')).stem or 'source'}-inspected"
     out = Path(out)
     path = source.path if isinstance(source, DataSet) else Path(source)
-    is_wav = path.suffix.lower() == ".wav"
-    is_clip = path.is_file() and not Described.is_at(path)
-    if drawn is not None and (is_wav or not is_clip):
+    is_heard = is_sound(path)
+    is_clip = (path.is_file() or is_image_folder(path)) and not Described.is_at(path)
+    if drawn is not None and (is_heard or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
     if drawn is not None:
         require_free(drawn, "a video with its markers", is_overlay, force=force, reads=[path])
-    if is_wav and is_clip and fps_hz is not None:
+    if is_heard and is_clip and fps_hz is not None:
         raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
     with Progress(quiet) as progress:
         if is_clip and not isinstance(source, DataSet):
-            if is_wav:
+            if is_heard:
                 return inspect_wav(path, out)
             return inspect_video(path, out, given, progress, drawn, fps_hz)
         data_set = data_set_of(source)

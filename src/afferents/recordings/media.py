@@ -157,6 +157,15 @@ def is_sound(path: Path) -> bool:
     return path.suffix.lower() in SOUNDS
 
 
+def is_image_folder(path: Path) -> bool:
+    """Tell whether a folder holds numbered images and no other recordings: it is a clip itself."""
+    return path.is_dir() and any(map(_is_numbered, path.iterdir())) and media_in(path) == [path]
+
+
+def _is_numbered(path: Path) -> bool:
+    return path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
+
+
 def media_in(root: Path, passed: Collection[str] = ()) -> list[Path]:
     """Return all videos and sound files below a folder, and folders of numbered images, in order.
 
@@ -186,7 +195,7 @@ def _media_in(folder: Path, passed: Collection[str]) -> Iterator[Path]:
             yield from _media_in(path, ())
         elif is_video(path) or is_sound(path):
             yield path
-        images += path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
+        images += _is_numbered(path)
     if images > 1:
         yield folder
 

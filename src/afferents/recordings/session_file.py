@@ -178,7 +178,8 @@ class SessionFile(BaseModel):
     sample_rate_hz, audio_channels
         Rate and channels of every sound file.
     sensor_channel
-        The sensor's channel, from 0 (published: the second; where files are named: the last).
+        The sensor's channel, from 0 (published: the second; of mono sound the first; where files
+        are named: the last).
     fps_hz
         Nominal frame rate of every video, within 10 %; the true frame times are the container's.
         Of images, their rate.
@@ -343,4 +344,6 @@ def declared_by(
     """
     if any(content.get(key) for key in _LAYOUT):
         content = {**dict.fromkeys(_UNKNOWN), **content}
+    if content.get("audio_channels") == 1:  # the second, as is published, is not there
+        content = {"sensor_channel": 0, **content}
     return as_form(content, form, where, _WHAT)

@@ -18,6 +18,7 @@ from av.video.stream import VideoStream
 
 from afferents.errors import InputError, reading
 from afferents.progress import Progress
+from afferents.recordings.media import ImageFolder
 from afferents.store.recording import Frame, GreyImage
 
 _BLACK, _WHITE = 16, 235
@@ -205,6 +206,30 @@ def open_video(path: str | Path, fps_hz: float | None = None) -> VideoFile:
     return video
 
 
+def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolder:
+    """Open a video, or a folder of numbered images as one, and read its header.
+
+    Parameters
+    ----------
+    fps_hz
+        True frame rate, which nothing else says of images; None for the container's.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or of images without a rate.
+    """
+    if not path.is_dir():
+        return open_video(path, fps_hz)
+    if fps_hz is None:
+        raise InputError(
+            f"--fps: expected the rate at which the images in {path} were taken, found none"
+        )
+    images = ImageFolder(path, fps_hz)
+    _ = images.numbered
+    return images
+
+
 def _read_ahead(frames: Iterator[VideoFrame]) -> tuple[list[VideoFrame], str]:
     """Decode a few frames; say why there are no more after them, or nothing."""
     ahead: list[VideoFrame] = []
@@ -289,7 +314,7 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
 class VideoWithProgress:
     """A video that moves a progress bar as it is decoded, and keeps its last frame."""
 
-    def __init__(self, video: VideoFile, progress: Progress) -> None:
+    def __init__(self, video: VideoFile | ImageFolder, progress: Progress) -> None:
         self._video, self._progress = video, progress
         self.path, self.fps_hz = video.path, video.fps_hz
         self.width, self.height = video.width, video.height

@@ -76,11 +76,13 @@ def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
 
 
 def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, does, broken, tmp_path):
-    soundfile.write(broken / "2/30/audio.wav", np.zeros((4000, 2)), 8000)
+    soundfile.write(broken / "2/30/audio.wav", np.zeros((6800, 2)), 8000)  # 0.85 s
+    declared = json.loads((broken / "session.json").read_text())
+    (broken / "session.json").write_text(json.dumps(declared | {"steady_s": [0.2, 1.3]}))
     store, results = tmp_path / "s.zarr", tmp_path / "r"
     does("extract", broken, store, *ALONE)
     command = ("evaluate", store, "--out", results, "--models", "vib-te", *ALONE)
-    said = "2/30: expected at least one window of 1 s, found 0.33 s; --window-s sets a shorter one"
+    said = "2/30: expected at least one window of 1 s, found 0.65 s; --window-s sets a shorter one"
     assert said in fails(*command)
     assert not (results / "summary.json").exists()
     quick = (*command, "--preset", "quick", "--keep-going")

@@ -1,5 +1,6 @@
 """calibrate, track and the overlay, from the command line."""
 
+import cv2
 import numpy as np
 import pytest
 import xarray as xr
@@ -37,6 +38,19 @@ def test_a_sensor_is_calibrated_and_used(does, clip, tmp_path):
     assert {dims.POSITION, dims.SA1, dims.RA1, dims.FRAME_CHANGE} <= set(tracks)
     assert tracks.attrs["stopped"] == ""
     xr.testing.assert_equal(afferents.track(str(clip), sensor), tracks)
+
+
+def test_a_folder_of_images_is_a_clip_whose_rate_must_be_said(does, fails, clip, tmp_path):
+    images, sensor = tmp_path / "rest", tmp_path / "mine.toml"
+    images.mkdir()
+    for n, image in enumerate(images_of(clip)[:15]):
+        cv2.imwrite(str(images / f"{n}.png"), image)
+    assert "361 bright markers" in does("calibrate", images, "--out", sensor)
+    track = ("track", images, tmp_path / "t.zarr", "--sensor", sensor, "--quiet")
+    assert "--fps: expected the rate at which the images in" in fails(*track)
+    does(*track, "--fps", 30)
+    assert tracks_in(tmp_path / "t.zarr").time[-1] == pytest.approx(14 / 30)
+    assert "Video of 640 x 480 px" in does("inspect", images, "--fps", 30, "--out", tmp_path / "p")
 
 
 def test_a_session_is_tracked_without_its_sound(does, session, tmp_path):

@@ -97,6 +97,8 @@ def test_images_are_asked_for_their_rate(tmp_path):
     assert "To be mended before it is a session" in said(made)
     made.path.write_text(made.path.read_text().replace("# fps_hz = 30", "fps_hz = 30"))
     assert afferents.read_session(tmp_path).recordings[0].fps_hz == 30
+    with pytest.raises(InputError, match=r"the images of one; give the folder that holds it, .+"):
+        afferents.init_session(tmp_path / "felt_1")
 
 
 def test_the_published_layout_needs_no_list(small_session, tmp_path):

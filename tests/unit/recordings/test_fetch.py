@@ -40,6 +40,7 @@ def listed(site):
 
 
 def test_from_a_doi_to_its_files(site, archive, tmp_path):
+    site.files |= {BASE + ".DS_Store": b"x", BASE + "0/10/._audio.wav": b"x"}  # left by systems
     plan, found = go(archive, tmp_path / "d")
     assert here(tmp_path / "d") == FILES
     assert (found.fetched, found.kept) == (len(FILES), 0)
@@ -198,10 +199,11 @@ def hub(site):
     files = {f"sensor_data/accel/{name}": RNG.bytes(9_000) for name in ("0/a.parquet", "1/b c.x")}
     site.files = {f"{raw}/{path}": content for path, content in files.items()}
     listed = [{"type": "file", "path": path, "size": 9_000} for path in files]
+    listed.append({"type": "file", "path": "sensor_data/accel/.DS_Store", "size": 1})
     listed[0]["lfs"] = {"oid": sha256(files["sensor_data/accel/0/a.parquet"]).hexdigest()}
     folder = {"type": "directory", "path": "sensor_data/accel/0", "size": 0}
     url = f"{tree}/sensor_data/accel"
-    site.pages = {url: json.dumps([folder, listed[0]]), "/goes-on": json.dumps([listed[1]])}
+    site.pages = {url: json.dumps([folder, listed[0]]), "/goes-on": json.dumps(listed[1:])}
     site.next = {url: "/goes-on"}
     return replace(ARCHIVES["cluster-haptic-accel"], url=site.url + url), files
 

@@ -84,6 +84,8 @@ def test_session_file_declares(write_session):
     assert recording.conditions == {"direction": "-y"}
     assert "sensor" not in session_file(root).model_dump()
     (root / "session.json").write_text('{"audio_channels": 1}')
+    assert session_file(root).channel == 0
+    (root / "session.json").write_text('{"audio_channels": 1, "sensor_channel": 1}')
     with pytest.raises(InputError, match=r"session\.json: expected .*sensor_channel"):
         read_session(root)
 

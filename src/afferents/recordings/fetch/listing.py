@@ -165,6 +165,8 @@ def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
                 f"{page}: expected the hub's list of files, found another answer; {ANY_WAY_ROUND}"
             ) from error
         for path, sha256, n_bytes in listed:
+            if _is_hidden(path):
+                continue
             within = path_within(path, url)
             yield RemoteFile(within, base + quote(within), sha256, n_bytes)
         page = answer.links.get("next", {}).get("url")
@@ -198,7 +200,7 @@ def _folder_of(landing: str, links: list[str], name: str) -> str:
 
 
 def _crawl(session: Any, listed: set[str]) -> Iterator[str]:
-    """Yield the files that links lead to, and those in folders."""
+    """Yield the files that links lead to, and those in folders that are not hidden."""
     waiting, seen = sorted(listed), set(listed)
     while waiting:
         link = waiting.pop()
@@ -207,8 +209,15 @@ def _crawl(session: Any, listed: set[str]) -> Iterator[str]:
             continue
         links = _links_in(ask(session, link)).links
         new = {one for one in links if one.startswith(link) and one != link} - seen
+        new = {one for one in new if not _is_hidden(unquote(one.removeprefix(link)))}
         waiting += sorted(new)
         seen |= new
+
+
+def _is_hidden(path: str) -> bool:
+    """Tell whether a path has a name with a dot, as systems leave behind; none leads upwards."""
+    names = path.split("/")
+    return ".." not in names and any(name.startswith(".") for name in names)
 
 
 def _is_file(link: str) -> bool:
