@@ -37,14 +37,22 @@ _END = "the end"
 _COLOURS = 3
 
 
+_BROADCAST = ("mpeg", "mpegts")
+"""MPEG's program and transport streams, as FFmpeg calls them."""
+
+
 class _Header(NamedTuple):
-    """What the container declares; None where it declares none."""
+    """What the container declares; None where it declares none.
+
+    `origin_s` is when its clock begins to count for us, s: streams for broadcast begin at any time.
+    """
 
     fps_hz: float
     width: int
     height: int
     n_frames: int | None
     start_s: float
+    origin_s: float
     container_s: float | None
 
 
@@ -123,8 +131,9 @@ class VideoFile:
         Yields
         ------
         Frame
-            The presentation time in the container (s, not number / rate) and the grey image,
-            `(height, width)` uint8, black 0 and white 255.
+            The presentation time in the container (s, not number / rate; of a stream for
+            broadcast, from its first frame on) and the grey image, `(height, width)` uint8, black
+            0 and white 255.
 
         Raises
         ------
@@ -141,7 +150,8 @@ class VideoFile:
                 ahead, fault = _read_ahead(frames)
                 for frame in ahead:
                     time_s, duration_s = self._times_s(frame, n)
-                    shown_s = n / self.rate_hz if self.rate_hz else time_s
+                    own_s = time_s - self.header.origin_s
+                    shown_s = n / self.rate_hz if self.rate_hz else own_s
                     n, end_s = n + 1, time_s + duration_s
                     yield Frame(shown_s, *luma_of(frame), _in_colour(frame))
         if fault != _END:
@@ -307,8 +317,9 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
     start_s = float((stream.start_time or 0) * (stream.time_base or 0))
     container_s = None if container.duration is None else container.duration / av.time_base
     return _Header(
-        float(rate), stream.width, stream.height, stream.frames or None, start_s, container_s
-    )
+        float(rate), stream.width, stream.height, stream.frames or None, start_s,
+        start_s if container.format.name in _BROADCAST else 0.0, container_s,
+    )  # fmt: skip
 
 
 class VideoWithProgress:

@@ -63,6 +63,13 @@ def test_times_are_the_containers(tmp_path, write_video, bframes):
     np.testing.assert_allclose(times, np.array(ticks_ms) / 1000, atol=1e-4)
 
 
+def test_streams_for_broadcast_begin_at_their_first_frame(tmp_path, write_video):
+    video = open_video(write_video(tmp_path / "v.mpg", codec="mpeg2video", rate=30))
+    assert video.header.start_s > 0.1
+    times = [frame.time_s for frame in video.frames()]
+    assert times == pytest.approx(np.arange(len(times)) / 30, abs=1e-4)
+
+
 def test_frames_are_owned_and_can_be_read_twice(tmp_path, write_video):
     video = open_video(write_video(tmp_path / "v.avi", codec="mjpeg", pixels="yuvj420p"))
     kept = [frame.image for frame in video.frames()]
