@@ -180,6 +180,8 @@ def test_times_that_go_back_are_refused_and_can_be_counted_instead(
     make_video(root / "back.avi", FRAMES)  # H.264 in avi, which has no times
     sentence = fails("extract", root, store, *ALONE)
     assert "back.avi: expected frame times of which each is after the one before" in sentence
+    track = ("track", root / "back.avi", tmp_path / "t.zarr", "--sensor", "tip_b", "--quiet")
+    assert "back.avi: expected frame times of which each is after the one before" in fails(*track)
     lab(one + "fps_hz = 90\n")
     does("extract", root, store, *ALONE)
     (found,) = afferents.open_responses(store)
