@@ -21,7 +21,7 @@ from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound
 from afferents.recordings.ros_messages import NS, NUMBER, TEXT, Messages, typestore
-from afferents.store.drum_path import DrumPath, logged_path, path_in
+from afferents.store.drum_path import DrumPath
 from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
 from afferents.version import __version__
@@ -32,7 +32,6 @@ CAMERA, MARKERS, POSITIONS = "/camera/image/compressed", "/camera/markers", "/to
 SOUND, VIBRATION, PREDICTION = "/microphone", "/touch/ra2", "/touch/percept"
 DRUM_POSITION, DRUM_SPEED = "/drum/position_mm", "/drum/speed_mm_s"
 _BLOCK_S = 0.1
-_FULL = 32767
 
 
 def export_mcap(
@@ -138,12 +137,11 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
         )
     if recording is not None and recording.audio is not None:
         found.append(_sound_of_file(make, recording.audio))
-        found.append(_drum(make, logged_path(Path(recording.audio.path).parent)))
+    found.append(_drum(make, source.drum_path()))
     if responses is not None:
         found.append(_markers(make, responses))
         if recording is None:
             found.append(_sound_of_store(make, responses))
-            found.append(_drum(make, path_in(responses)))
     return found
 
 
@@ -152,7 +150,7 @@ def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
     with reading_sound(Path(audio.path)), soundfile.SoundFile(audio.path) as file:
         rate_hz, first = file.samplerate, 0
         size = max(1, round(_BLOCK_S * rate_hz))
-        for samples in file.blocks(size, dtype="int16", always_2d=True):
+        for samples in file.blocks(size, dtype="float32", always_2d=True):
             yield _sound(make, first, samples, rate_hz)
             first += len(samples)
 
@@ -168,16 +166,17 @@ def _sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:
     for first in range(0, len(vibration), size):
         values = vibration[first : first + size].values
         if is_sound:
-            samples = np.clip(np.rint(values * _FULL), -_FULL - 1, _FULL).astype(np.int16)
-            yield _sound(make, first, samples, round(rate_hz))
+            yield _sound(make, first, values, round(rate_hz))
         else:
             numbers = make.numbers(values, (dims.AUDIO_TIME, dims.CHANNEL))
             yield Stamped(_ns(first / rate_hz), VIBRATION, *numbers)
 
 
-def _sound(make: Messages, first: int, samples: NDArray[np.int16], rate_hz: int) -> Stamped:
-    at_ns = first * NS // rate_hz
-    return Stamped(at_ns, SOUND, *make.sound(at_ns, samples, rate_hz))
+def _sound(make: Messages, first: int, samples: NDArray[np.float32], rate_hz: int) -> Stamped:
+    """Return a block of sound as 16-bit samples: those of a 16-bit file are what they were."""
+    at_ns, limits = first * NS // rate_hz, np.iinfo(np.int16)
+    whole = np.clip(np.rint(samples * 2.0**15), limits.min, limits.max).astype(np.int16)
+    return Stamped(at_ns, SOUND, *make.sound(at_ns, whole, rate_hz))
 
 
 def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:

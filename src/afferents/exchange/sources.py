@@ -11,6 +11,7 @@ from afferents.errors import InputError
 from afferents.files import Place
 from afferents.recordings.session import read_session, recordings_of
 from afferents.recordings.video import VideoFile
+from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.integrity import is_group
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses
@@ -25,6 +26,12 @@ class Source(NamedTuple):
 
     recording: Recording | None
     responses: Responses | None
+
+    def drum_path(self) -> DrumPath | None:
+        """Return the drum's way, as the recording's drive logged it or as the store holds it."""
+        if self.recording is not None:
+            return logged_path(self.recording.source)
+        return None if self.responses is None else path_in(self.responses)
 
 
 def find_recordings(

@@ -7,14 +7,11 @@ from typing import Any
 import numpy as np
 
 from afferents import dims
-from afferents.exchange.sources import QUALITY, find_recordings, jpegs
+from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, write_aside
 from afferents.markers.places import images_of
 from afferents.outputs import require_free
 from afferents.plugins import import_extra
-from afferents.store.drum_path import path_in
-from afferents.store.recording import Recording
-from afferents.store.responses import Responses
 
 _LOUDNESS_HZ = 100.0
 
@@ -56,7 +53,7 @@ def view(
     rr: Any = import_extra("view", "view", "rerun")
     wanted = () if recording is None else (recording,)
     ((name, found),) = find_recordings(source, store, wanted, most=1).items()
-    values = _logged(rr, *found)
+    values = _logged(rr, found)
     rr.init("afferents", recording_id=name, spawn=save is None)
     if save is None:
         return _log(rr, values)
@@ -80,25 +77,24 @@ def _log(rr: Any, values: Iterator[tuple[float, str, Any]]) -> dict[str, int]:
     return n
 
 
-def _logged(
-    rr: Any, recording: Recording | None, responses: Responses | None
-) -> Iterator[tuple[float, str, Any]]:
+def _logged(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
+    recording, responses = source
     if recording is not None and recording.video is not None:
         for at_s, data in jpegs(recording.video, QUALITY):
             yield at_s, "camera", rr.EncodedImage(contents=data, media_type="image/jpeg")
     if recording is not None and recording.audio is not None:
         sound = recording.audio.read()
         yield from _loudness(rr, sound.values, recording.audio.sample_rate_hz)
+    way = source.drum_path()
+    if way is not None:
+        speeds = np.gradient(way.position_mm, way.time_s)
+        for at_s, speed in zip(way.time_s.tolist(), speeds.tolist(), strict=True):
+            yield at_s, "drum/speed_mm_s", rr.Scalars(speed)
     if responses is None:
         return
     if recording is None and dims.RA2 in responses:
         rate_hz = responses[dims.RA2].attrs[dims.SAMPLE_RATE]
         yield from _loudness(rr, responses[dims.RA2].values, rate_hz)
-    way = path_in(responses)
-    if way is not None:
-        speeds = np.gradient(way.position_mm, way.time_s)
-        for at_s, speed in zip(way.time_s.tolist(), speeds.tolist(), strict=True):
-            yield at_s, "drum/speed_mm_s", rr.Scalars(speed)
     if dims.POSITION not in responses:
         return
     for at_s, position in zip(

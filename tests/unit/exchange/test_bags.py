@@ -126,7 +126,7 @@ def test_a_store_alone_and_what_was_felt(rig, tmp_path):
     ]
     (responses,) = open_responses(store)
     heard = np.concatenate([m.data.view("<i2") for _, m in messages(bag, "/microphone")])
-    np.testing.assert_allclose(heard / 32767, responses["ra2"].values[:, 0], atol=1 / 32767)
+    np.testing.assert_array_equal(heard / 32768, responses["ra2"].values[:, 0])
     with AnyReader([bag], default_typestore=typestore()) as reader:
         assert "/camera/image/compressed" not in reader.topics
 
@@ -140,6 +140,19 @@ def test_a_video_that_is_no_jpegs_is_encoded(small_session, tmp_path):
     assert len(frames) == len(expected)
     found = cv2.imdecode(frames[7][1].data, cv2.IMREAD_GRAYSCALE)
     assert np.abs(found.astype(int) - expected[7]).mean() < 2
+
+
+def test_sound_of_floats_is_heard_and_the_drum_is_there_without_sound(rig, tmp_path):
+    session, _, bag = rig
+    shutil.copytree(session / "4", tmp_path / "S" / "4")
+    audio = tmp_path / "S" / NAME / "audio.wav"
+    soundfile.write(audio, *soundfile.read(audio), subtype="FLOAT")
+    (heard,) = afferents.export_mcap(tmp_path / "S", tmp_path / "heard", quiet=True)
+    expected, found = (messages(one, "/microphone") for one in (bag, heard))
+    np.testing.assert_array_equal(found[3][1].data, expected[3][1].data)
+    audio.unlink()
+    (mute,) = afferents.export_mcap(tmp_path / "S", tmp_path / "mute", quiet=True)
+    assert len(messages(mute, "/drum/speed_mm_s")) == len(messages(bag, "/drum/speed_mm_s"))
 
 
 @pytest.fixture(scope="module")

@@ -29,6 +29,8 @@ def test_all_of_a_session_and_its_store(simulated, tmp_path, run):
     said = contents_of(save)
     for entity in n:
         assert f"/{entity}:" in said
+    code, out, _ = run("view", session, "--save", tmp_path / "film.rrd", "--json")
+    assert json.loads(out)["logged"]["drum/speed_mm_s"] == n["drum/speed_mm_s"]
 
 
 def test_a_store_alone(simulated, tmp_path, run):
