@@ -65,8 +65,8 @@ def decode(
     ------
     InputError
         If there are fewer than two textures or, across speeds, than two speeds, a speed is not
-        known or not there, there are too few windows to learn from, or bins are finer than the
-        units' times.
+        known or not there, there are too few windows to learn from or none of a texture, or bins
+        are finer than the units' times.
     """
     speeds = require_conditions(windows, across)
     if tested is not None and tested not in speeds:
@@ -81,6 +81,11 @@ def decode(
     for speed, train, test in folds(windows, speeds, across):
         if tested is not None and speed != tested:
             continue
+        if absent := sorted(set(texture[test]) - set(texture[train])):
+            raise InputError(
+                f"spikes: expected windows of '{absent[0]}' to learn from where those at {speed:g} "
+                "mm/s are tested, found none; leave that texture out, as without_gaps does"
+            )
         if len(train) <= len(np.unique(texture)):
             there = f"{len(train)} windows of {len(np.unique(texture))} textures"
             wanted = "more windows than textures to learn from"
@@ -99,6 +104,8 @@ def accuracy_by_resolution(
     stretched: bool = False,
 ) -> pd.DataFrame:
     """Return how well texture is recognised at each resolution, for each class and held-out part.
+
+    The coarsest resolution is always a whole window: the rate alone.
 
     Units that were not recorded in every trial are left out; `without_gaps` leaves out textures
     and repetitions as well, where that keeps more. So are resolutions finer than a class'
@@ -312,17 +319,20 @@ def _finest(units: Spikes) -> float:
 
 
 def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) -> list[float]:
-    """Return the resolutions that units have, of those asked for, that fit into a window."""
+    """Return the resolutions that units have, of those asked for, and the window: the rate."""
     finest = _finest(units)
-    return [one for one in resolutions_s if _SLACK * finest <= one <= window_s]
+    return [one for one in resolutions_s if _SLACK * finest <= one < window_s] + [window_s]
 
 
 def _parts(windows: Spikes) -> list[Across]:
     """Return what can be held out."""
-    n_textures = windows.trials["texture"].nunique()
+    texture = windows.trials["texture"].to_numpy(str)
     speeds = np.unique(windows.trials["speed_mm_s"])
-    learnt_from = [len(train) for _, train, _ in folds(windows, speeds, "windows")]
-    within = bool(learnt_from) and min(learnt_from) > n_textures
+    halves = list(folds(windows, speeds, "windows"))
+    within = bool(halves) and all(
+        len(train) > len(set(texture)) and set(texture[test]) <= set(texture[train])
+        for _, train, test in halves
+    )
     parts: dict[Across, bool] = {"speeds": len(speeds) > 1, "windows": within}
     return [part for part, possible in parts.items() if possible]
 

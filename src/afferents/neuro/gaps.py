@@ -11,7 +11,10 @@ from afferents.errors import InputError
 from afferents.spikes.population import Spikes, joined
 
 _OF_A_REPETITION = ("texture", "repetition", "duration_s", "recording")
-"""Columns of trials that don't say under which condition a texture was recorded."""
+"""Columns of trials that don't say under which condition a texture was recorded.
+
+Nor does one that differs from trial to trial, which is a number or name of it.
+"""
 
 
 def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
@@ -41,14 +44,18 @@ def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
     InputError
         If fewer than two textures, or no unit, are left.
     """
-    if spikes.recorded.all():
-        return spikes
     names, texture = np.unique(spikes.trials["texture"].to_numpy(str), return_inverse=True)
-    by = [name for name in spikes.trials if name not in _OF_A_REPETITION]
+    by = [
+        name
+        for name, values in spikes.trials.items()
+        if not (name in _OF_A_REPETITION or (name != "speed_mm_s" and values.is_unique))
+    ]
     condition = spikes.trials.groupby(by, dropna=False).ngroup().to_numpy()
     counts = np.zeros((len(names), condition.max() + 1, spikes.n_units), np.int64)
     np.add.at(counts, (texture, condition), spikes.recorded)
     least = counts.min(axis=1)
+    if spikes.recorded.all() and least.all():
+        return spikes
     numbers = range(1, int(least.max()) + 1) if repetitions is None else [max(repetitions, 1)]
     kept = []
     for number in numbers:
@@ -58,9 +65,12 @@ def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
             kept.append((len(textures) * len(units) * n.sum(), textures, units, n))
     if not kept:
         times = "once" if repetitions is None else f"{repetitions} times"
+        other = [f"'{name}'" for name in by if name != "speed_mm_s"]
+        columns = f", or drop columns of trials that are no conditions ({', '.join(other)})"
         raise InputError(
             f"spikes: expected a unit that was recorded on 2 textures {times} or more at every "
             "speed, found none; leave out a speed or ask for fewer repetitions"
+            f"{columns if other else ''}"
         )
     _, textures, units, n = max(kept, key=lambda one: one[0])
     return joined(

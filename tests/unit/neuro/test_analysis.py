@@ -1,5 +1,7 @@
 """What analyses find in spikes whose code is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +14,7 @@ from afferents.neuro import (
     decode,
     rate_slopes,
     stretch_match,
+    without_gaps,
 )
 from afferents.neuro.speed import match_by_class
 from afferents.spikes import Spikes
@@ -101,10 +104,23 @@ def test_the_speed_held_out_is_not_learnt_from():
     assert inside[40.0] > 0.9
 
 
+def test_a_texture_of_one_speed_is_refused_until_it_is_left_out():
+    spikes = made(by_rate, 4)
+    at = (spikes.trials["texture"] != "t3") | (spikes.trials["speed_mm_s"] == 40)
+    some = spikes.select(trials=at.to_numpy())
+    with pytest.raises(InputError, match=r"windows of 't3' .* those at 40 mm/s .* without_gaps"):
+        accuracy_by_resolution(some, (0.5,))
+    numbered = some.trials.drop(columns="number").assign(trial_id=range(some.n_trials))
+    whole = without_gaps(replace(some, trials=numbered))
+    assert set(whole.trials["texture"]) == {"t0", "t1", "t2"}
+
+
 def test_resolutions_below_a_camera_s_frame_are_left_out():
     spikes = made(by_rate, 3, resolution_s=1 / 90)
     found = accuracy_by_resolution(spikes, (0.001, 0.005, 0.011, 0.1, 0.5, 2.0))
     assert sorted(found["resolution_s"].unique()) == [0.011, 0.1, 0.5]
+    found = accuracy_by_resolution(spikes, (0.1, 0.5), window_s=0.2)
+    assert sorted(found["resolution_s"].unique()) == [0.1, 0.2]  # a window is the rate
 
 
 def test_trains_over_a_surface_stretch_by_the_ratio_of_speeds():
