@@ -59,10 +59,31 @@ def artificial_spikes(
 
 
 def of_recordings(parts: Iterable[Spikes]) -> Spikes:
-    """Return one population; recordings of one texture and speed are its repetitions, from 0."""
+    """Return one population; recordings of one texture and speed are its repetitions, from 0.
+
+    Raises
+    ------
+    InputError
+        If a recording lacks a class that another has, or they differ in their markers.
+    """
+    parts = list(parts)
+    _require_same_classes(parts)
     spikes = joined(parts)
     trial = spikes.trials.groupby(["texture", "speed_mm_s"], dropna=False)
     return replace(spikes, trials=spikes.trials.assign(repetition=trial.cumcount()))
+
+
+def _require_same_classes(parts: Sequence[Spikes]) -> None:
+    there = [set(part.units["class"]) for part in parts]
+    known = [one for name, one in afferent_classes().items() if name in set().union(*there)]
+    for part, has in zip(parts, there, strict=True):
+        if lacking := [one for one in known if one.name not in has]:
+            common = ",".join(one.name for one in known if all(one.name in has for has in there))
+            raise InputError(
+                f"{part.trials['recording'][0]}: expected {lacking[0].variable}, which drives "
+                f"{lacking[0].name} units, as in other recordings, found none; "
+                + (f"choose --classes {common}" if common else "leave the recording out")
+            )
 
 
 def _chosen(classes: Sequence[str]) -> list[AfferentClass]:

@@ -331,6 +331,8 @@ class Spikes:
 def joined(parts: Iterable[Spikes]) -> Spikes:
     """Return one population of the trials of several, which have the same units.
 
+    Times of a unit are as fine as in the part where they are coarsest.
+
     Raises
     ------
     InputError
@@ -343,10 +345,11 @@ def joined(parts: Iterable[Spikes]) -> Spikes:
         raise InputError("spikes: expected parts of the same units, found units that differ")
     ends = np.cumsum([0] + [len(part.times) for part in parts])
     offsets = [part.offsets[:-1] + end for part, end in zip(parts, ends, strict=False)]
+    coarsest = np.max([part.units["resolution_s"] for part in parts], axis=0)
     return Spikes(
         np.concatenate([part.times for part in parts]),
         np.concatenate([*offsets, ends[-1:]]).astype(np.int64),
-        parts[0].units,
+        parts[0].units.assign(resolution_s=coarsest),
         pd.concat([part.trials for part in parts], ignore_index=True),
         np.concatenate([part.recorded for part in parts]),
     )

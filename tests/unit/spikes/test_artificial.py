@@ -93,6 +93,13 @@ def test_a_recording_has_the_classes_that_it_has_responses_for():
         artificial_spikes([slow])
 
 
+def test_a_recording_that_lacks_what_others_have_is_named():
+    mute = recording().drop_vars("ra2").assign_attrs(name="g/60")
+    said = r"g/60: expected ra2, which drives PC .* found none; choose --classes SA,RA$"
+    with pytest.raises(InputError, match=said):
+        artificial_spikes([recording(), mute])
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

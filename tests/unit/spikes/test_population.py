@@ -1,5 +1,7 @@
 """Spikes are held, cut, stretched and refused as they must be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -40,6 +42,8 @@ def test_what_is_selected_and_joined_again_is_the_same(trains):
     parts = joined(spikes.select(trials=[t]) for t in range(spikes.n_trials))
     np.testing.assert_array_equal(parts.times, spikes.times)
     np.testing.assert_array_equal(parts.offsets, spikes.offsets)
+    fine, coarse = (replace(spikes, units=spikes.units.assign(resolution_s=s)) for s in (0, 0.1))
+    assert joined([fine, coarse]).units["resolution_s"].tolist() == [0.1] * 3
     backwards = spikes.select(units=[2, 0])
     assert list(backwards.units.index) == ["c", "a"]
     for t in range(spikes.n_trials):
