@@ -1,10 +1,12 @@
 """Two populations made alike, so that what is read from them can be compared.
 
-Artificial and natural recordings differ in how many textures, speeds, units and seconds they have;
-more of any makes reading easier or harder. As many of each are kept as both have.
+Artificial and natural recordings differ in how many textures, speeds, repetitions, units and
+seconds they have; more of any makes reading easier or harder. As many of each are kept as both
+have.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -20,6 +22,7 @@ from afferents.neuro.gaps import left_out, without_gaps
 from afferents.neuro.speed import match_by_class, match_sentences, stretch_match
 from afferents.spikes.population import Spikes, joined
 
+_PLACE = ["texture", "speed_mm_s"]
 _MOST_SPEEDS = 4
 """Whose ratios are matched."""
 
@@ -27,12 +30,13 @@ _MOST_SPEEDS = 4
 def matched(
     first: Spikes, second: Spikes, seed: int = 0, gaps: bool = False
 ) -> tuple[Spikes, Spikes]:
-    """Return two populations with as many textures, speeds, units and seconds as each other.
+    """Return two populations with as many textures, speeds, repetitions, units and seconds.
 
     Classes that one of them lacks are left out. Speeds are chosen so that their ratios are as alike
     as can be (30, 60 and 90 mm/s beside 40, 80 and 120). Textures and units are drawn with the
     seed: textures that most units were recorded on first, and units that were recorded on all.
-    Textures need not be the same ones: only their number counts.
+    Textures need not be the same ones: only their number counts. Of repetitions, those that most
+    units were recorded in come first.
 
     Parameters
     ----------
@@ -61,6 +65,8 @@ def matched(
             f"natural: expected 2 textures or more at the speeds compared, found {n_textures}"
         )
     parts = [_of_textures(part, _textures(part, seed)[:n_textures], gaps) for part in parts]
+    n_repetitions = min(int(part.trials.groupby(_PLACE).size().min()) for part in parts)
+    parts = [_repeated(part, n_repetitions) for part in parts]
     n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
     if not any(n_units.values()):
         raise InputError(
@@ -107,6 +113,15 @@ def _of_textures(spikes: Spikes, textures: list[str], gaps: bool) -> Spikes:
     kept = spikes.select(trials=spikes.trials["texture"].isin(textures).to_numpy())
     there = kept.recorded
     return kept.select(units=there.any(axis=0) if gaps else there.all(axis=0))
+
+
+def _repeated(spikes: Spikes, n: int) -> Spikes:
+    """Return so many repetitions of each texture at each speed, those with fewest gaps first."""
+    gaps = pd.Series((~spikes.recorded).sum(axis=1)).sort_values(kind="stable")
+    first = spikes.trials.loc[gaps.index].groupby(_PLACE).head(n)
+    kept = spikes.select(trials=np.sort(first.index))
+    numbers = kept.trials.groupby(_PLACE).cumcount()
+    return replace(kept, trials=kept.trials.assign(repetition=numbers))
 
 
 def _as_long(first: Spikes, second: Spikes, by_speed: bool) -> tuple[Spikes, Spikes]:
@@ -156,17 +171,17 @@ class Beside(NamedTuple):
         `beside_stretch` has both made alike, `natural_stretch` all fibres on all textures, and
         `beside_resolution` what is read from both, if anything is left of `without_gaps`. Those
         of both have a column `population`: ``artificial`` or ``natural``.
-    figure
-        None where nothing is.
+    figures
+        `beside`, if anything is.
     """
 
     tables: dict[str, pd.DataFrame]
-    figure: Figure | None
+    figures: dict[str, Figure]
     sentences: list[str]
 
 
 def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, source: str) -> Beside:
-    """Read texture from both, from as many textures, speeds, units and seconds of each.
+    """Read texture from both, from as many textures, speeds, repetitions, units and seconds.
 
     Trains are matched across speeds with what was recorded, texture is decoded from what
     `without_gaps` keeps of it.
@@ -194,7 +209,7 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
         whole = dict(zip(names, matched(artificial, complete, seed), strict=True))
     except InputError as gaps:
         said = f"Texture can't be decoded from the fibres' rates and bins ({gaps})."
-        return Beside(tables, None, [*sentences, said])
+        return Beside(tables, {}, [*sentences, said])
     if complete is not natural:
         sentences.append(left_out(natural, complete))
     shortest = min(float(one.trials["duration_s"].min()) for one in whole.values())
@@ -204,19 +219,22 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
         for population, one in whole.items()
     )
     tables["beside_resolution"] = resolution
-    return Beside(tables, beside_figure(resolution, both, source), sentences)
+    figures = {"beside": beside_figure(resolution, both, source)}
+    return Beside(tables, figures, sentences)
 
 
 def compared(pair: Mapping[str, Spikes]) -> str:
     """Return what was made alike."""
     one = pair["natural"]
     units = ", ".join(f"{n} {name}" for name, n in one.units["class"].value_counts().items())
+    n = int(one.trials.groupby(_PLACE).size().max())
     speeds = {
         name: ", ".join(f"{speed:g}" for speed in sorted(spikes.trials["speed_mm_s"].unique()))
         for name, spikes in pair.items()
     }
     return (
         f"Compared: {one.trials['texture'].nunique()} textures of each; {units} of each; "
+        f"{n} repetition{'s' if n > 1 else ''} of each texture and speed; "
         f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trials "
         f"{100 * (1 - one.recorded.mean()):.0f}% were not recorded."
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from afferents.files import Place, write_aside, write_json
-from afferents.neuro.beside import beside, matched, some_of_each
+from afferents.neuro.beside import Beside, beside, some_of_each
 from afferents.neuro.decoding import (
     WINDOW_S,
     accuracy_by_resolution,
@@ -239,26 +239,21 @@ def neural(
     with Progress(quiet) as progress:
         spikes = spikes_of_store(store, units, seed, classes, progress=progress)
         require_conditions(spikes)
-        if fibres is not None:
-            matched(spikes, fibres, seed, gaps=True)  # refuses now what could not be shown later
-        tables = _tables(store, spikes, seed, window_s, progress)
-    source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
+        source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
+        of_fibres = _beside(spikes, fibres, window_s, seed, source, f"{natural}")
+        tables = _tables(store, spikes, seed, window_s, progress) | of_fibres.tables
     figures = {
         "raster": raster_figure(_shown(spikes, seed), source),
         "resolution": resolution_figure(tables["resolution"], source),
         "units": units_figure(tables["units"], source),
         "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
         "slopes": slope_figure(tables["slopes"], source),
+        **of_fibres.figures,
     }
-    sentences = sentences_of(tables)
-    if fibres is not None:
-        both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
-        tables |= both.tables | {"natural_rates": rates_table(fibres)}
-        empty = f"{natural}; an empty row: silent, or not recorded"
-        figures["natural_raster"] = raster_figure(_shown(fibres, seed), empty)
-        figures |= {"beside": both.figure} if both.figure is not None else {}
-        sentences += [*_rates(tables["natural_rates"], "fibres (natural)"), *both.sentences]
+    sentences = [*sentences_of(tables), *of_fibres.sentences]
     out.mkdir(parents=True, exist_ok=True)
+    for name in (*(f"{table}.csv" for table in _BESIDE), "beside.png", "natural_raster.png"):
+        (out / name).unlink(missing_ok=True)  # of an earlier run
     for name, table in tables.items():
         with write_aside(out / f"{name}.csv") as written:
             table.to_csv(written, index=False)
@@ -271,6 +266,22 @@ def neural(
     }
     write_json(out / FACTS, facts)
     return NeuralResults(spikes, tables, sentences, pictures, facts)
+
+
+def _beside(
+    spikes: Spikes, fibres: Spikes | None, window_s: float, seed: int, source: str, natural: str
+) -> Beside:
+    """Return what fibres say, beside units and alone; nothing where there are none."""
+    if fibres is None:
+        return Beside({}, {}, [])
+    both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
+    rates = rates_table(fibres)
+    empty = f"{natural}; an empty row: silent, or not recorded"
+    return Beside(
+        both.tables | {"natural_rates": rates},
+        both.figures | {"natural_raster": raster_figure(_shown(fibres, seed), empty)},
+        [*_rates(rates, "fibres (natural)"), *both.sentences],
+    )
 
 
 def _tables(

@@ -54,7 +54,8 @@ def test_fibres_with_gaps_are_put_beside_artificial_units():
     """No fibre is there in every trial: trains are matched, and decoded from what is whole."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert "6 textures of each; 17 SA, 15 RA, 7 PC of each" in found.sentences[0]
+    same = "6 textures of each; 17 SA, 15 RA, 7 PC of each; 1 repetition of each texture and speed"
+    assert same in found.sentences[0]
     assert "were not recorded" in found.sentences[0]
     by = found.tables["beside_stretch"].set_index(["class", "population", "stretched"])["accuracy"]
     for population in ("artificial", "natural"):
@@ -74,7 +75,7 @@ def test_fibres_that_share_nothing_are_matched_alone():
     recorded = (texture[:, None] + np.arange(8)) % 2 == (speed[:, None] > 100)
     found = beside(artificial, replace(natural, recorded=recorded), 0.2, 0, "made")
     assert "beside_resolution" not in found.tables
-    assert found.figure is None
+    assert not found.figures
     assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
 
 
@@ -82,7 +83,7 @@ def test_without_gaps_decoding_stands_beside_as_well():
     natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
     found = beside(artificial, natural, 0.2, 0, "made")
     assert "beside_resolution" in found.tables
-    assert found.figure is not None
+    assert found.figures.keys() == {"beside"}
 
 
 def made(textures, speeds, classes, seconds):
@@ -102,6 +103,16 @@ def test_as_many_of_everything_as_both_have():
         assert one.trials["duration_s"].unique() == [1.5]
     speeds = [sorted(one.trials["speed_mm_s"].unique()) for one in matched(rig, nerve)]
     assert speeds == [[30, 60, 90], [40, 80, 120]]
+
+
+def test_repetitions_are_those_that_most_units_were_recorded_in():
+    twice, thrice = (fibres(0.0, 3, 4, repetitions=n) for n in (2, 3))
+    gapped = replace(thrice, recorded=thrice.recorded.copy())
+    gapped.recorded[thrice.trials["repetition"] == 0] = [False, True, True, True]
+    for one in matched(twice, gapped, gaps=True):
+        assert one.trials.groupby(["texture", "speed_mm_s"]).size().tolist() == [2] * 9
+        assert one.recorded.all()
+        assert set(one.trials["repetition"]) == {0, 1}
 
 
 def test_speeds_are_chosen_by_their_ratios():

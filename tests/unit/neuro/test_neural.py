@@ -68,6 +68,14 @@ def test_fibres_are_put_beside(found, stores, tmp_path):
     assert len(set(table["n_units"])) == 1
     assert table["n_units"].max() <= 5
     assert any(sentence.startswith("Compared: ") for sentence in beside.sentences)
+    again = afferents.neural(
+        stores["video"], tmp_path / "out", classes=["RA"], window_s=0.05, quiet=True
+    )
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == {f"{name}.csv" for name in again.tables} | {
+        *(path.name for path in again.pictures),
+        "neural.json",
+    }
 
 
 def test_models_learn_from_spikes_through_the_same_folds(stores, tmp_path):
