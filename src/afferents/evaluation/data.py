@@ -25,6 +25,7 @@ from afferents.recordings.data_sets import data_set_of, source_of
 from afferents.store.integrity import DIGEST, sealed, values_digest
 from afferents.store.recording import Recording, RecordingSet, require_distinct
 from afferents.store.responses import Responses, check_responses, conditions, speed_of
+from afferents.store.zarr_store import missing_from, require_all
 
 Data = str | Path | DataSet
 """A path, a name and a path, or an object of one's own: what `data_set_of` takes."""
@@ -141,16 +142,10 @@ def _whole(
 ) -> Read:
     """Return responses that are there, all that should be (without `keep_going`)."""
     responses = [one if DIGEST in one.attrs else _checked(one) for one in found]
-    there = {r.attrs["name"] for r in responses}
-    missing = [name for name in config.get("recordings", []) if name not in there]
-    if missing and not keep_going:
-        raise InputError(
-            f"{data_set.path}: expected the {len(missing) + len(there)} recordings of its "
-            f"session, found {len(there)} ({', '.join(missing[:5])} missing); extract again, or "
-            "use --keep-going"
-        )
+    if not keep_going:
+        require_all(data_set.path, config, responses, ", or use --keep-going")
     why = "not in the store: its extraction failed or was stopped"
-    return responses, dict.fromkeys(missing, why)
+    return responses, dict.fromkeys(missing_from(config, responses), why)
 
 
 def _read(session: RecordingSet, title: str, keep_going: bool, progress: Progress) -> Read:

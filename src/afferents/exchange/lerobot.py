@@ -28,7 +28,7 @@ from afferents.progress import Progress
 from afferents.recordings.session import read_session, recordings_of
 from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
-from afferents.store.zarr_store import open_responses
+from afferents.store.zarr_store import open_whole
 
 VERSION: Final = "v3.0"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
@@ -86,8 +86,8 @@ def export_lerobot(
     Raises
     ------
     InputError
-        If there is no store, it has no markers, sensors or frame rates differ, the session is
-        another one's, `out` is there already, or the extra `parquet` is not installed.
+        If there is no store or half of one, it has no markers, sensors or frame rates differ, the
+        session is another one's, `out` is there already, or the extra `parquet` is not installed.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def export_lerobot(
     import_extra("parquet", "export-lerobot", "pyarrow")
     store, out = Path(store), Path(out)
     require_new_folder(out, "a new folder for a LeRobot data set")
-    recordings = [one for one in open_responses(store) if dims.POSITION in one]
+    recordings = [one for one in open_whole(store) if dims.POSITION in one]
     if not recordings:
         raise InputError(f"{store}: expected recordings with markers, found none")
     videos = {} if session is None else _videos(Path(session), recordings)

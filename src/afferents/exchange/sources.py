@@ -15,7 +15,7 @@ from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.integrity import is_group
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses
+from afferents.store.zarr_store import open_responses, open_whole
 
 QUALITY = 95
 """Of JPEGs, where the camera gave none."""
@@ -51,14 +51,17 @@ def find_recordings(
     Raises
     ------
     InputError
-        If there is no such session, store or recording, or the store is another session's.
+        If there is no such session, store or recording, the store is another session's, or it is
+        half of one and all of it is wanted.
     """
     session = None if is_group(Path(source)) else read_session(source)
     if session is None and store is not None:
         raise InputError(f"--store: expected a session beside it, found the store {source}")
     recordings = {} if session is None else {one.name: one for one in session.recordings}
     extracted = source if session is None else store
-    stored = () if extracted is None else open_responses(extracted)
+    all_of_store = session is None and not wanted and most is None
+    opened = open_whole if all_of_store else open_responses
+    stored = () if extracted is None else opened(extracted)
     responses = {str(one.attrs["name"]): one for one in stored}
     names = list(recordings or responses)
     if unknown := [name for name in wanted if name not in names]:

@@ -40,7 +40,7 @@ from afferents.reporting.style import save_figure
 from afferents.spikes.artificial import artificial_spikes, of_recordings
 from afferents.spikes.population import Spikes
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses
+from afferents.store.zarr_store import open_responses, open_whole
 
 _MANY = 20
 """Recordings for which it pays to start other processes."""
@@ -67,9 +67,9 @@ def spikes_of_store(
     Raises
     ------
     InputError
-        If the store can't be read, and as `artificial_spikes`.
+        If the store can't be read or lacks recordings of its session, and as `artificial_spikes`.
     """
-    recordings = open_responses(store)
+    recordings = open_whole(store)
     progress = progress or Progress(quiet=True)
     jobs = ((n, one, model, seed, classes, start_s, stop_s) for n, one in enumerate(recordings))
     done = side_by_side(_trial, jobs, None if len(recordings) >= _MANY else 1, progress.note)
@@ -225,8 +225,8 @@ def neural(
     Raises
     ------
     InputError
-        If the store can't be read, the folder holds something else, a recording has no speed, or
-        there are fewer than two textures or speeds.
+        If the store can't be read or is half of one, the folder holds something else, a recording
+        has no speed, or there are fewer than two textures or speeds.
 
     Examples
     --------

@@ -49,7 +49,7 @@ from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 from afferents.store.responses import label
 from afferents.store.trimming import cut_audio, cut_frames
-from afferents.store.zarr_store import is_whole, open_responses, store_config
+from afferents.store.zarr_store import is_whole, missing_from, open_responses, store_config
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -100,8 +100,7 @@ def _is_whole(store: Path) -> bool:
     """Tell whether a store holds all of its session: a demo that was stopped leaves a part."""
     if not store.is_dir():
         return False
-    there = {str(responses.attrs["name"]) for responses in open_responses(store)}
-    return bool(there) and there >= set(store_config(store).get("recordings", []))
+    return not missing_from(store_config(store), open_responses(store))
 
 
 def _simulated_store(folder: Path, progress: Progress) -> Path:

@@ -7,7 +7,7 @@ is complete; its digest (`store.integrity`) tells one that has changed since. Pl
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -244,6 +244,42 @@ def open_responses(store: str | Path) -> list[Responses]:
     if not opened:
         raise InputError(f"{store}: expected at least one recording, found none; extract again")
     return sorted(opened, key=_place)
+
+
+def open_whole(store: str | Path) -> list[Responses]:
+    """Open all recordings of a store, as `open_responses`, and refuse half of one.
+
+    Raises
+    ------
+    InputError
+        As `open_responses`, and if a recording of the session is not in the store.
+    """
+    opened, config = open_responses(store), store_config(Path(store))
+    require_all(store, config, opened, ", without what can't be extracted")
+    return opened
+
+
+def require_all(
+    where: str | Path, config: Mapping[str, Any], there: Sequence[Responses], otherwise: str
+) -> None:
+    """Refuse responses if the session of their configuration has more.
+
+    Raises
+    ------
+    InputError
+        Naming the first that are missing; `otherwise` follows on what to do.
+    """
+    if missing := missing_from(config, there):
+        raise InputError(
+            f"{where}: expected the {len(missing) + len(there)} recordings of its session, found "
+            f"{len(there)} ({', '.join(missing[:5])} missing); extract again{otherwise}"
+        )
+
+
+def missing_from(config: Mapping[str, Any], there: Sequence[Responses]) -> list[str]:
+    """Return which recordings of the session that a configuration names are not there."""
+    names = {one.attrs["name"] for one in there}
+    return [name for name in config.get("recordings", []) if name not in names]
 
 
 def _place(responses: Responses) -> tuple[tuple[float, str], float, str]:

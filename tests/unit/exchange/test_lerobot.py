@@ -168,6 +168,6 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(
     assert "the recording '2/20' of the store, found none" in said
     first, *others = open_responses(stores["video"])
     slow = first.assign_coords(time=first["time"] * 1.1)
-    monkeypatch.setattr("afferents.exchange.lerobot.open_responses", lambda _: [slow, *others])
+    monkeypatch.setattr("afferents.exchange.lerobot.open_whole", lambda _: [slow, *others])
     assert "one whole number of frames a second in all recordings" in fails(*command)
     assert not out.exists()

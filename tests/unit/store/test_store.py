@@ -7,8 +7,16 @@ import pytest
 import xarray as xr
 
 from afferents.errors import InputError
+from afferents.exchange.sources import find_recordings
+from afferents.neuro.neural import spikes_of_store
 from afferents.store.integrity import sealed
-from afferents.store.zarr_store import create_store, has_responses, open_responses, write_responses
+from afferents.store.zarr_store import (
+    create_store,
+    has_responses,
+    open_responses,
+    open_whole,
+    write_responses,
+)
 
 
 def responses(name="3/50", texture="3", speed=50.0):
@@ -71,3 +79,12 @@ def test_a_copy_that_was_cut_off_is_refused(store, array):
     shutil.rmtree(store / "3/50" / array / "c")
     with pytest.raises(InputError, match=rf"3/50/{array}: expected 1 chunks, found 0; copy the st"):
         open_responses(store)
+
+
+def test_half_a_store_is_refused_where_all_of_it_is_wanted(stores, tmp_path):
+    store = shutil.copytree(stores["audio"], tmp_path / "half.zarr")
+    shutil.rmtree(store / "2/30")
+    for ask in (open_whole, spikes_of_store, lambda store: find_recordings(store, None)):
+        with pytest.raises(InputError, match=r"12 recordings .*, found 11 \(2/30 missing\)"):
+            ask(store)
+    assert list(find_recordings(store, None, ["2/40"])) == ["2/40"]

@@ -20,7 +20,7 @@ from afferents.recordings.session import read_session, recordings_of
 from afferents.spikes.artificial import artificial_spikes
 from afferents.store.integrity import ROOT
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses, store_config
+from afferents.store.zarr_store import open_whole, store_config
 from afferents.version import __version__
 
 _SCRIPT = "afferents export-nwb"
@@ -82,8 +82,8 @@ def export_nwb(
     Raises
     ------
     InputError
-        If there is no store, the session is another one's, the packages are missing, or another
-        file is there already.
+        If there is no store or half of one, the session is another one's, the packages are missing,
+        or another file is there already.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def export_nwb(
     reads = [store] if session is None else [store, Path(session)]
     require_free(out, "an NWB file", _is_exported, force=force, reads=reads)
     began = _time(start_time)
-    recordings = open_responses(store)
+    recordings = open_whole(store)
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
     if markers and len(numbers) > 1:  # there is one series a marker
         found = " and ".join(map(str, sorted(numbers)))
