@@ -30,6 +30,7 @@ from afferents.models.model import MODELS, Model, models_in
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
+from afferents.store.zarr_store import holds_all
 from afferents.version import __version__
 
 ENTRIES = "entries"
@@ -134,8 +135,8 @@ def _with_baselines(
 
 
 def _make(task: Task, store: Path, progress: Progress) -> None:
-    """Simulate what a task of the rig needs, and extract it, where it is not there."""
-    if task.info is None or not task.info.made or store.is_dir():
+    """Simulate what a task of the rig needs, and extract it, where it is not there whole."""
+    if task.info is None or not task.info.made or holds_all(store):
         return
     session = store.with_name("session")
     progress.note(f"simulating {task.info.title}, once: {store.parent}")

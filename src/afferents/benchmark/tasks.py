@@ -20,6 +20,8 @@ from afferents.store.responses import Responses
 
 HERE = Path(__file__).parent
 TASKS = HERE / "tasks"
+OPTIONS = ("textures", "speeds", "without", "split", "test_only", "cut", "steady")
+"""Options of `afferents.evaluate` that a task may fix: which part of the data, what is held out."""
 FOLDER = Path("data")
 """Where data sets are looked for, each in a folder of its name, unless somebody says elsewhere."""
 
@@ -59,7 +61,7 @@ class Task(BaseModel):
     data
         A data set in `data_infos`; else what `afferents evaluate` takes, a path from the file.
     options
-        Of `afferents.evaluate`: what part of the data is used, and what is held out.
+        Some of `OPTIONS`.
     folds, fingerprint
         Checksum over what is tested when, see `checksum_of`, and that of the data themselves; empty
         of a task that is not sealed, and where the data are not known or differ from machine to
@@ -87,6 +89,9 @@ class Task(BaseModel):
         task = as_form({"name": name, **read_toml(path, "a task")}, cls, path, "a task")
         if task.data not in data_infos() and ":" not in task.data:
             task = task.model_copy(update={"data": str(path.parent / task.data)})
+        if other := sorted(set(task.options) - set(OPTIONS)):
+            expected = f"some of {', '.join(OPTIONS)} under [options]"
+            raise InputError(f"{path}: expected {expected}, found '{other[0]}'; remove it")
         task.chosen.by  # noqa: B018  refuses what makes no sense
         return task
 

@@ -103,13 +103,18 @@ def table(
 
 
 @benchmark.command()
-def seal(task: TaskName, data: DataFolder = None, as_json: Json = False) -> None:
+def seal(
+    task: Annotated[Path, typer.Argument(help="TOML file of a task of your own.")],
+    data: DataFolder = None,
+    as_json: Json = False,
+) -> None:
     """Write into a task's file which recordings it tests when, so that others test on the same."""
     from afferents.benchmark.tasks import seal as seal_task
 
-    found = seal_task(Path(task), data)
+    found = seal_task(task, data)
+    of_data = f", data {found.fingerprint[:8]}" if found.fingerprint else ""
     lines = [
-        f"{task} now says what is tested: folds {found.folds[:8]}, data {found.fingerprint[:8]}.",
+        f"{task} now says what is tested: folds {found.folds[:8]}{of_data}.",
         "Run it again for entries under its name; what is finished is not trained again.",
     ]
     say(as_json, found._asdict(), *lines)

@@ -49,7 +49,7 @@ from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 from afferents.store.responses import label
 from afferents.store.trimming import cut_audio, cut_frames
-from afferents.store.zarr_store import is_whole, missing_from, open_responses, store_config
+from afferents.store.zarr_store import holds_all, is_whole
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -84,7 +84,8 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     exported = [folder / f"{name}.onnx" for name in BEST]
     if all(path.is_file() for path in exported):
         return exported
-    store = demo if _is_whole(demo) else _simulated_store(folder, progress)
+    # a demo that was stopped leaves a part
+    store = demo if holds_all(demo) else _simulated_store(folder, progress)
     data = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
@@ -94,13 +95,6 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         for sentence in card.describe():
             progress.note(sentence)
     return exported
-
-
-def _is_whole(store: Path) -> bool:
-    """Tell whether a store holds all of its session: a demo that was stopped leaves a part."""
-    if not store.is_dir():
-        return False
-    return not missing_from(store_config(store), open_responses(store))
 
 
 def _simulated_store(folder: Path, progress: Progress) -> Path:

@@ -217,6 +217,12 @@ def recordings_there(store: Path) -> int:
     return sum(is_whole(store, name) for name in names)
 
 
+def holds_all(store: Path) -> bool:
+    """Tell whether a store holds all of its session; False where there is none yet."""
+    n = recordings_there(store)
+    return n > 0 and n == len(store_config(store)["recordings"])
+
+
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return the attributes of those of these recordings that the store holds."""
     there = (name for name in names if (store / name / ROOT).is_file())

@@ -2,6 +2,7 @@
 
 import json
 import runpy
+import shutil
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,9 @@ from afferents.benchmark.tasks import seal
 from afferents.channels import Channel
 from afferents.errors import InputError, LeakageError
 from afferents.folds.controls import CONTROLS
+from afferents.progress import Progress
 from afferents.reporting.tables import ABSENT
+from afferents.store.zarr_store import holds_all
 
 ROOT = Path(__file__).resolve().parents[3]
 TASK = """title = "Simulated taxels at a speed never learnt from"
@@ -114,7 +117,7 @@ def test_a_line_that_is_no_entry_is_named(entries, tmp_path):
         read_entries(tmp_path / "empty")
 
 
-def test_other_recordings_or_another_part_of_them_make_another_task(task, entries):
+def test_other_recordings_or_another_part_of_them_make_another_task(task, entries, does):
     _, found = entries
     one = find_task(str(task))
     recordings, origin = one.opened(one.source())
@@ -123,6 +126,7 @@ def test_other_recordings_or_another_part_of_them_make_another_task(task, entrie
     assert (before.name, before.folds) == (found["chance"].task, found["chance"].folds)
     assert before.name == f"mine@{before.mark}"
     assert seal(task).folds == before.folds
+    assert f"folds {before.folds[:8]}." in does("benchmark", "seal", task)  # no data: simulated
     sealed = find_task(str(task))
     assert sealed.options == one.options
     assert sealed.asked_of(recordings, origin) == before._replace(name="mine")
@@ -173,6 +177,9 @@ def test_a_task_that_is_none_is_refused_by_its_key(tmp_path):
     (tmp_path / "t.toml").write_text('title = "x"\ndata = "y"\n[options]\nsplit = "a,b,c"\n')
     with pytest.raises(InputError, match="--split: expected"):
         find_task(str(tmp_path / "t.toml"))
+    (tmp_path / "t.toml").write_text('title = "x"\ndata = "y"\n[options]\nprotocol = "published"\n')
+    with pytest.raises(InputError, match=r"t.toml: expected .*split.*, found 'protocol'"):
+        find_task(str(tmp_path / "t.toml"))
 
 
 def test_the_rigs_task_makes_its_own_data(tmp_path, monkeypatch):
@@ -183,6 +190,10 @@ def test_the_rigs_task_makes_its_own_data(tmp_path, monkeypatch):
     small = {"rig": info.model_copy(update={"made": made})}
     monkeypatch.setattr(module, "data_infos", lambda: small)
     (found,) = run("rig/speed", "sa-wave-vector", tmp_path / "out", tmp_path / "rig", quiet=True)
+    store = tmp_path / "rig" / "session.zarr"
+    shutil.rmtree(store / "0/20")  # as if it had been stopped
+    import_module("afferents.benchmark.run")._make(find_task("rig/speed"), store, Progress(True))
+    assert holds_all(store)
     assert found.task.startswith("rig/speed@")
     assert found.data.simulated
     assert isinstance(found, Entry)

@@ -2,12 +2,12 @@
 
 import shutil
 
-from afferents.reproduction.reproduce import _is_whole
+from afferents.store.zarr_store import holds_all
 
 
 def test_a_demo_that_was_stopped_leaves_no_store_to_learn_from(stores, tmp_path):
     store = shutil.copytree(stores["audio"], tmp_path / "s.zarr")
-    assert _is_whole(store)
+    assert holds_all(store)
     shutil.rmtree(store / "2/30")
-    assert not _is_whole(store)
-    assert not _is_whole(tmp_path / "none.zarr")
+    assert not holds_all(store)
+    assert not holds_all(tmp_path / "none.zarr")
