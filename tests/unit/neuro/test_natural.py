@@ -274,10 +274,12 @@ def test_tables_with_a_row_a_spike(tmp_path, table, trains, suffix):
     ("old", "new", "said"),
     [
         ('speed = "v"', 'speed = "w"', "a column 'w', found columns neuron, class"),
-        ('fibre = "neuron"', "", r"'unit', .* in \[columns\] \(fibre = \"ITS NAME\"\), or"),
+        ('fibre = "neuron"', "", r"'unit', .* in \[columns\] \(fibre = \"ITS NAME\"\)$"),
         ("duration_s = 1.0", "", "how long trials last, found nothing"),
         ("duration_s = 1.0", "duration_s = [2.0, 1.0]", "how long trials last, found a list"),
         ('unit = "ms"', "", "if times are in ms, divide"),
+        ('unit = "ms"', 'unit = "ms"\ncut = [0, 1]', r"\.csv files, found 'cut' in \[spikes\]"),
+        ("duration_s = 1.0", "duration_s = 1.0\nspeeds_mm_s = [40]", "one number as speeds_mm_s"),
         ('fibre = "neuron"', 'fibre = "neuron"\ntime = "class"', "numbers in the column 'class'"),
     ],
 )
@@ -285,3 +287,12 @@ def test_tables_that_do_not_fit_are_refused(tmp_path, table, old, new, said):
     table.to_csv(tmp_path / "spikes.csv", index=False)
     with pytest.raises(InputError, match=said):
         read_natural(described(tmp_path, TABLE.replace(old, new)))
+
+
+def test_a_condition_that_tells_trials_apart_is_not_lost(tmp_path, table):
+    at = table.assign(force=1.0, monkey="K")
+    pd.concat([at, at.assign(force=2.0)]).to_csv(tmp_path / "spikes.csv", index=False)
+    with pytest.raises(InputError, match="found several 'force' in one; number repetitions"):
+        read_natural(described(tmp_path, TABLE.replace('"ms"', '"ms"\nunsorted = "sort"')))
+    at.to_csv(tmp_path / "spikes.csv", index=False)
+    assert read_natural(described(tmp_path, TABLE)).n_units == 4

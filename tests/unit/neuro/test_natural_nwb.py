@@ -53,7 +53,10 @@ speed_unit = "cm/s"
     [
         ({"fibre_class": "note"}, "classes SA, RA or PC of fibres, found 'afferent X'; say in"),
         ({"texture": "t"}, "a column 't', found columns .*stimulus, v, force"),
-        ({"speed": "speed"}, "a column 'speed', .*; name the one that is meant in .columns., or"),
+        (
+            {"speed": "speed"},
+            "a column 'speed', .*; name the one that is meant in .columns., or write",
+        ),
     ],
 )
 def test_columns_that_are_not_there_are_refused(other, changes, said):
@@ -84,3 +87,14 @@ def test_files_that_hold_no_trials_of_units_are_refused(other, tmp_path, write_n
     ):
         with pytest.raises(InputError, match=said):
             read_nwb(path, **OWN)
+
+
+def test_units_are_named_alike_by_a_description_and_keys_that_are_not_read_are_refused(
+    written, tmp_path
+):
+    path = tmp_path / "natural.toml"
+    path.write_text(f'file = "{written}"\n')
+    assert read_natural(path).units.index.tolist() == read_nwb(written).units.index.tolist()
+    path.write_text(f'file = "{written}"\n[trials]\nduration_s = 1.0\n')
+    with pytest.raises(InputError, match=r"\.nwb files, found 'duration_s' in \[trials\]; remove"):
+        read_natural(path)

@@ -131,7 +131,7 @@ class Columns(StrictForm):
     Attributes
     ----------
     fibre, fibre_class
-        Of units. A table without classes needs them in ``[fibres]``.
+        Of units. The column of fibres in an NWB file is ``unit_name`` if not given.
     texture, speed, repetition
         Of trials; speed and repetition may be missing.
     time

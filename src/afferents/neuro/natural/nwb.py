@@ -113,7 +113,8 @@ def _units(units: Any, described: NaturalFile, path: Path) -> pd.DataFrame:
         raise InputError(f"{path}: expected units with spike_times, found columns {there}")
     columns, words = described.columns, described.fibres.words
     require_column(units.colnames, columns.fibre_class, path)
-    names = units[columns.fibre] if columns.fibre in units.colnames else units.id
+    fibre = columns.fibre if "fibre" in columns.model_fields_set else "unit_name"
+    names = units[fibre] if fibre in units.colnames else units.id
     classes = classes_of(units[columns.fibre_class][:], words, path)
     found = pd.DataFrame({"name": [as_text(one) for one in names[:]], "class": classes})
     if "resolution_s" in units.colnames:

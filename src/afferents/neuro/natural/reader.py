@@ -1,11 +1,18 @@
 """Natural afferents as `Spikes`: published recordings that a small TOML file describes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.neuro.natural.cells import spikes_of_cells
-from afferents.neuro.natural.description import NaturalFile, read_description
+from afferents.neuro.natural.description import (
+    Cells,
+    Columns,
+    Fibres,
+    NaturalFile,
+    Trials,
+    read_description,
+)
 from afferents.neuro.natural.nwb import spikes_of_nwb
 from afferents.neuro.natural.tables import spikes_of_table
 from afferents.spikes.population import Spikes
@@ -18,6 +25,26 @@ _READERS: dict[str, Reader] = {
     ".parquet": spikes_of_table,
 }
 """By suffix."""
+_TRIALS = {"speeds_mm_s", "speed_unknown", "speed_unit"}
+_READ: dict[Reader, dict[str, set[str]]] = {
+    spikes_of_cells: {
+        "spikes": {*Cells.model_fields},
+        "fibres": {*Fibres.model_fields},
+        "trials": {*Trials.model_fields},
+    },
+    spikes_of_nwb: {
+        "fibres": {"words"},
+        "trials": _TRIALS,
+        "columns": {*Columns.model_fields} - {"time"},
+    },
+    spikes_of_table: {
+        "spikes": {"unit", "unsorted"},
+        "fibres": {"words"},
+        "trials": _TRIALS | {"duration_s"},
+        "columns": {*Columns.model_fields},
+    },
+}
+"""Keys that each reader reads, by table of the description."""
 
 
 def read_natural(description: str | Path) -> Spikes:
@@ -39,7 +66,8 @@ def read_natural(description: str | Path) -> Spikes:
     Raises
     ------
     InputError
-        If the description or the file is not what it should be, a variable is not there, two
+        If the description or the file is not what it should be, a key is not read of such a file,
+        a variable is not there, two
         textures have one name, speeds are not given, times are negative, out of order, or lie
         beyond their trials, as those in ms do that are taken for s.
     """
@@ -55,7 +83,18 @@ def read_natural(description: str | Path) -> Spikes:
         raise InputError(
             f"{path}: expected the file '{described.file}' beside it, found no such file"
         )
+    _require_read(described, _READ[read], path)
     return read(file, described, path)
+
+
+def _require_read(described: NaturalFile, read: Mapping[str, set[str]], path: Path) -> None:
+    """Refuse keys of a description that say nothing of such a file."""
+    for table in ("spikes", "fibres", "trials", "columns"):
+        if other := sorted(getattr(described, table).model_fields_set - read.get(table, set())):
+            expected = f"what is read of {Path(described.file).suffix} files"
+            raise InputError(
+                f"{path}: expected {expected}, found '{other[0]}' in [{table}]; remove it"
+            )
 
 
 def described_natural(spikes: Spikes) -> list[str]:

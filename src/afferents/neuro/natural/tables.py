@@ -75,10 +75,22 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     table = pd.DataFrame(found).assign(speed_mm_s=speeds_of(read, described, file), repetition=0)
     if columns.repetition in read:
         table["repetition"] = numbers_of(read, columns.repetition, file)
+    _require_one_trial(table, read.drop(columns=[*dict(columns).values()], errors="ignore"), file)
     in_column = isinstance(duration_s, str)
     return table.assign(
         duration_s=numbers_of(read, str(duration_s), file) if in_column else duration_s
     )
+
+
+def _require_one_trial(table: pd.DataFrame, others: pd.DataFrame, file: Path) -> None:
+    """Refuse trials that only other columns tell apart: their spikes would be taken for one's."""
+    trial = [table[name] for name in ("fibre", *_TRIAL)]
+    several = others.groupby(trial, dropna=False).nunique(dropna=False).max() > 1
+    if several.any():
+        raise InputError(
+            f"{file}: expected one trial a fibre, texture, speed and repetition, found several "
+            f"'{several.idxmax()}' in one; number repetitions in a column, or remove this one"
+        )
 
 
 def speeds_of(table: pd.DataFrame, described: NaturalFile, file: Path) -> pd.Series | float:
@@ -94,17 +106,24 @@ def speeds_of(table: pd.DataFrame, described: NaturalFile, file: Path) -> pd.Ser
         return np.nan
     if isinstance(trials.speeds_mm_s, float):
         return trials.speeds_mm_s
+    if trials.speeds_mm_s:
+        raise InputError(
+            f"{file}: expected one number as speeds_mm_s in [trials], found {trials.speeds_mm_s}; "
+            "name the column of speeds in [columns]"
+        )
+    do = ", or write speed_unknown = true in [trials] if nobody knows it"
+    require_column(table.columns, described.columns.speed, file, do)
     return numbers_of(table, described.columns.speed, file) * MM_S[trials.speed_unit]
 
 
-def require_column(names: Collection[Any], name: str, file: Path) -> None:
+def require_column(names: Collection[Any], name: str, file: Path, otherwise: str = "") -> None:
     """Refuse a table without a column, and list those that are there."""
     if name not in names:
         key = next((key for key, usual in Columns() if usual == name), None)
         how = f' ({key} = "ITS NAME")' if key else ""
         raise InputError(
             f"{file}: expected a column '{name}', found columns {', '.join(map(str, names))}; name "
-            f"the one that is meant in [columns]{how}, or say of a speed that nobody knows it"
+            f"the one that is meant in [columns]{how}{otherwise}"
         )
 
 
