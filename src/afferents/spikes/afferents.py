@@ -169,7 +169,6 @@ class AfferentClass(BaseModel):
 
     name: str
     variable: str
-    input_unit: str
     bands_hz: tuple[tuple[float, float], ...] = ()
     drive: DriveParameters
     izhikevich: dict[str, Parameter]

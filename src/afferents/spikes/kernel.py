@@ -38,7 +38,7 @@ def izhikevich(current, row, weight, state, step_ms, a, b, c, d, fired_step, fir
 
 @compiled()
 def leaky(current, row, weight, state, decay, refractory, fired_step, fired_unit, fired_part):
-    """Advance leaky units; return how many spikes there were, or -1 if they don't fit.
+    """Advance leaky units; return how many spikes there were. All must fit into `fired_step`.
 
     tau v' = I - v, solved exactly over a step of constant current; at v = 1 the unit fires, goes
     back to 0 and rests. `fired_part` is how far into the step the threshold was crossed.
@@ -63,8 +63,6 @@ def leaky(current, row, weight, state, decay, refractory, fired_step, fired_unit
             if after < 1:
                 v[i] = after
                 continue
-            if n == len(fired_step):
-                return -1
             crossed = 1 - share + np.log((drive - v[i]) / (drive - 1)) / -np.log(decay)
             fired_step[n], fired_unit[n], fired_part[n] = step, i, crossed
             n += 1

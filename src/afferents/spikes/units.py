@@ -52,12 +52,9 @@ class UnitModel(ABC):
     ----------
     name
         In commands and in the TOML files.
-    parameters
-        Names of the numbers it needs, beside `gain`.
     """
 
     name: ClassVar[str]
-    parameters: ClassVar[tuple[str, ...]]
 
     @abstractmethod
     def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
@@ -72,7 +69,7 @@ class UnitModel(ABC):
         drive
             Already multiplied by `gain`.
         values
-            By name of `parameters`.
+            By the names that its equations have.
         state
             From which they go on; it becomes that after the last step. Without it, from rest.
         """
@@ -106,7 +103,6 @@ class Izhikevich(UnitModel):
     """
 
     name: ClassVar[str] = "izhikevich"
-    parameters: ClassVar[tuple[str, ...]] = ("a", "b", "c", "d")
 
     def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
         """Return v = c and u = b c."""
@@ -117,7 +113,7 @@ class Izhikevich(UnitModel):
 
     def fire(self, drive: Drive, values: Mapping[str, float], state: State | None = None) -> Fired:
         """Return the spikes; a step is 0.5 ms, and times are whole steps."""
-        a, b, c, d = (np.float32(values[name]) for name in self.parameters)
+        a, b, c, d = (np.float32(values[name]) for name in "abcd")
         n_steps, n_units = len(drive.row), drive.current.shape[1]
         begin = self.at_rest(n_units, values) if state is None else state
         room = max(int(n_steps / RATE_HZ * _MOST_HZ * n_units) // 8, 1024)
@@ -141,7 +137,6 @@ class LeakyIntegrateAndFire(UnitModel):
     """
 
     name: ClassVar[str] = "lif"
-    parameters: ClassVar[tuple[str, ...]] = ("tau_ms", "refractory_ms")
 
     def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
         """Return v = 0, and nothing left of a refractory time."""
