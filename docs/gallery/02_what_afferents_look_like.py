@@ -27,8 +27,8 @@ for ax, time_s in zip(axes, (0.5, 1.0, 3.0), strict=True):
 pyplot.show()
 
 # %%
-# At 0.5 s nothing touches. At 1 s a drum presses on the skin. At 3 s the drum turns, and
-# drags the skin to one side.
+# At 0.5 s nothing touches. At 1 s a drum presses on the skin and begins to turn. At 3 s it has
+# dragged the skin to one side.
 #
 # RA-I
 # ----
@@ -53,8 +53,8 @@ plot.responses(responses.ra2, ax=axes[2])
 pyplot.show()
 
 # %%
-# In the order of the plots: SA-I stays high while the drum presses, RA-I is high where
-# something changes, and RA-II hums while the drum turns.
+# In the order of the plots: SA-I rises as the drum drags the skin and stays high, RA-I is high
+# where something changes, and RA-II hums while the drum turns.
 #
 # The hum has a pitch. The drum has bumps 4 mm apart and turns at 40 mm/s, so ten bumps pass
 # in a second, and the vibration has lines at multiples of 10 Hz.

@@ -20,8 +20,8 @@ print(spikes.units["class"].value_counts())
 # There is one SA and one RA unit for each marker, and eight PC units. SA units are driven by
 # SA-I, RA units by RA-I, and PC units by the microphone, each in a band of frequencies.
 #
-# At 0.5 s, where this begins, nothing touches, and no unit fires. Then a drum presses on the
-# skin, and turns.
+# At 0.5 s, where this begins, nothing touches: now and then a marker jitters so much that its RA
+# unit fires. Then a drum presses on the skin, and turns.
 
 colours = {"SA": "#0072B2", "RA": "#E69F00", "PC": "#D55E00"}
 shown = [*range(0, 361, 24), *range(361, 722, 24), *range(722, 730)]
@@ -39,12 +39,13 @@ ax.legend(loc="upper left")
 pyplot.show()
 
 # %%
-# SA units go on firing while the drum presses. RA units fire most when it touches, since then
-# most changes. PC units fire with the vibration. Here is one of them beside the sound:
+# SA units fire the more, the farther the drum drags the skin. RA units fire little when it
+# touches, and much once it turns, since then most changes. PC units fire with the vibration. Here
+# is one of them beside the sound:
 
 unit = spikes.units.index.get_loc("PC-5")
 train = 0.5 + spikes.train(0, unit)
-print(f"{len(train)} spikes; the bands of all units are in spikes/units/pc.toml")
+print(f"{len(train)} spikes; the bands of all units are in spikes/pc.toml")
 
 figure, axes = pyplot.subplots(2, 1, figsize=(8, 4.5), sharex=True, layout="constrained")
 plot.responses(responses.ra2, ax=axes[0])
