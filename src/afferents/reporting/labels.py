@@ -43,8 +43,9 @@ def interval_note(summary: Summary | UnknownSummary) -> str:
     if summary.intervals.bootstrap_unit == SESSION:
         few = f" {n} are few, and few make them wide." if n < FEW_SESSIONS else ""
         return f"{made} So they say how much a further session like these may differ.{few}"
+    here = "this one session" if len(summary.data) == 1 else "these sessions"
     return (
-        f"{made} So they say how much other textures like these may differ in this one session. "
+        f"{made} So they say how much other textures like these may differ in {here}. "
         "They do not say how much another session would: another day, mounting or sensor."
     )
 

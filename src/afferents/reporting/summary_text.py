@@ -79,7 +79,7 @@ def headline(summary: Summary) -> str:
     title, protocol = model_title(won.model, summary), PROTOCOL_TITLES[won.protocol]
     where = f"at {split.many} that it never learnt from"
     chance = f"guessing gives {percent(summary.chance)}%"
-    if at_chance(summary, won):
+    if nothing_learnt(summary, won):
         return (
             f"Nothing was learnt: {title} recognises the texture in {mean_and_interval(found)}% of "
             f"the samples {where} ({protocol}), and {chance}."
@@ -87,14 +87,20 @@ def headline(summary: Summary) -> str:
     return (
         f"{title}, {'which we recommend' if won.recommended else 'which did best'}, recognises the "
         f"texture in {mean_and_interval(found)}% of the samples {where} ({protocol}; 95% interval "
-        f"in brackets), where {chance}. It did worst {split.at([found.worst])}, with "
-        f"{percent(found.by[found.worst])}%."
+        f"in brackets), where {chance}.{_too_few(summary, found)} It did worst "
+        f"{split.at([found.worst])}, with {percent(found.by[found.worst])}%."
     )
 
 
-def at_chance(summary: Summary, won: Winner) -> bool:
-    """Tell whether guessing would do as well: the interval holds chance."""
-    return won.found.ci95[0] <= summary.chance
+def nothing_learnt(summary: Summary, won: Winner) -> bool:
+    """Tell whether guessing does as well."""
+    return won.found.mean_accuracy <= summary.chance
+
+
+def _too_few(summary: Summary, found: Outcome) -> str:
+    """Return that so few can't tell a model from guessing, where the interval holds chance."""
+    few = f" {summary.intervals.n} {summary.intervals.bootstrap_unit}s are too few to tell that"
+    return f"{few} from guessing." if found.ci95[0] <= summary.chance else ""
 
 
 def what_was_held_out(summary: Summary) -> str:
@@ -173,7 +179,7 @@ def _others(summary: Summary, won: Winner) -> str:
     best = max(won.rivals, key=lambda name: won.rivals[name].mean_accuracy)
     if len(won.rivals) == 1:
         return "No other model was evaluated."
-    if best == won.model:
+    if won.rivals[best].mean_accuracy == won.found.mean_accuracy:
         return f"It did best of the {len(won.rivals)} models evaluated."
     title, better = model_title(best, summary), percent(won.rivals[best].mean_accuracy)
     return f"{title} did better here, with {better}%. What we recommend is not picked by this test."
@@ -207,7 +213,7 @@ def sureness(summary: Summary) -> str:
 def next_steps(summary: Summary) -> list[Step]:
     """Return what to do next, the most urgent first; nothing where nothing was learnt."""
     won = winner(summary)
-    return [] if won is None or at_chance(summary, won) else list(_steps(summary, won))
+    return [] if won is None or nothing_learnt(summary, won) else list(_steps(summary, won))
 
 
 def _steps(summary: Summary, won: Winner) -> Iterator[Step]:

@@ -140,7 +140,7 @@ def test_it_says_what_else_came_out(summary):
 @pytest.mark.parametrize(
     ("intervals", "said", "unsaid"),
     [
-        ({"replicate": "texture", "n": 13}, "They do not say how much another session", "few"),
+        ({"replicate": "texture", "n": 13}, "in this one session. They do not say how", "few"),
         ({"replicate": "session", "n": 5}, "drawn over 5 sessions", "few"),
         ({"replicate": "session", "n": 2}, "2 are few", "textures"),
     ],
@@ -157,11 +157,16 @@ def test_it_says_what_intervals_leave_out(summary, intervals, said, unsaid):
     assert "and over training seeds" in sureness(S(summary))
 
 
+def test_intervals_over_several_sessions_as_one_do_not_speak_of_one(summary):
+    summary["data"] *= 2
+    assert "may differ in these sessions. They" in sureness(S(summary))
+
+
 def test_at_chance_nothing_was_learnt_and_nothing_follows_as_without_models(summary, rendered):
     for found in summary["models"].values():
-        found["nested"] |= {"mean_accuracy": 0.522, "ci95": [0.0, 1.0]}
+        found["nested"] |= {"mean_accuracy": 0.322, "ci95": [0.0, 1.0]}
     assert headline(S(summary)) == (
-        "Nothing was learnt: vib-TE augmented recognises the texture in 52.2 [0.0, 100.0]% of the "
+        "Nothing was learnt: vib-TE augmented recognises the texture in 32.2 [0.0, 100.0]% of the "
         "samples at speeds that it never learnt from (nested protocol), and guessing gives 33.3%."
     )
     assert next_steps(S(summary)) == []
@@ -169,6 +174,17 @@ def test_at_chance_nothing_was_learnt_and_nothing_follows_as_without_models(summ
     assert headline(S(summary)) == "No model was evaluated."
     assert next_steps(S(summary)) == beside_the_winner(S(summary)) == []
     assert "No model was evaluated." in rendered()
+
+
+def test_a_wide_interval_does_not_say_that_nothing_was_learnt(summary):
+    summary["intervals"] = {"replicate": "session", "n": 2}
+    summary["models"]["vib-te-aug"]["nested"] |= {"mean_accuracy": 0.76, "ci95": [0.0, 1.0]}
+    assert "33.3%. 2 sessions are too few to tell that from guessing. It" in headline(S(summary))
+    assert next_steps(S(summary))
+
+
+def test_as_good_is_not_better(summary):
+    assert "It did best of the 2 models evaluated." in beside_the_winner(S(summary))
 
 
 @pytest.mark.parametrize("simulated", [False, True])
