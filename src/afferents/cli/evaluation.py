@@ -64,7 +64,7 @@ def report(
         Figures,
         typer.Option(
             help="How the paper's figures are drawn: as suits what was evaluated ('report'), or "
-            "as they are printed, 3 and 5 to 13 ('paper')."
+            "as they are printed, 5 to 13 ('paper')."
         ),
     ] = "report",
     as_json: Json = False,

@@ -193,12 +193,12 @@ def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[R
         panels = "A: textures at one speed, or near it. B: one texture at several speeds"
         scale = (
             "Each recording has a colour scale of its own, to the right of its row: compare "
-            "colours along a row, not between rows"
+            "colours along a row, not between rows. It goes from the 1st to the 99th percentile"
         )
         if printed:
             name, title, frames = f"paper-{name}-{suffix}", f"{title}, {frames}", f"{frames}, {why}"
             panels = "A: textures a, g and m at 50 mm/s. B: texture g at 10, 50 and 100 mm/s"
-            scale = "All images have one colour scale, which spans what is shown"
+            scale = "All images have one colour scale, 1st to 99th percentile of what is shown"
         yield ReportFigure(
             name,
             title,

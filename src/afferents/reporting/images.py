@@ -1,10 +1,10 @@
 """Tactile images frame after frame: Figures 8 (SA-I) and 10 (RA-I).
 
 Every image has row (rank of the marker in y) downwards and column (rank in x) to the right, as
-the camera sees the skin; the paper's pictures are the transpose. A colour scale spans exactly the
-images that it stands beside. In the report's figures every recording has its own: on one scale the
-texture that drags the skin farthest would leave the others dark. In those as the paper prints them
-all images have one.
+the camera sees the skin; the paper's pictures are the transpose. A colour scale goes from the 1st
+to the 99th percentile of the images that it stands beside. In the report's figures every recording
+has its own: on one scale the texture that drags the skin farthest would leave the others dark. In
+those as the paper prints them all images have one.
 """
 
 from collections.abc import Sequence
@@ -112,13 +112,15 @@ def images_figure(
                 textcoords="offset points", fontsize=10, fontweight="bold", color=INK,
             )  # fmt: skip
         if not one_scale:
-            bar = add_bar(figure, drawn, cells, "", fraction=0.011, pad=0.011, aspect=9)
+            bar = add_bar(
+                figure, drawn, cells, "", extend="both", fraction=0.011, pad=0.011, aspect=9
+            )
             bar.set_label(UNITS[channel], fontsize=7)
             bar.locator = MaxNLocator(3)
     name_axes(grid[-1, len(rows[-1].images) - 1], sliding)
     if one_scale:
         label = f"{UNITS[channel]}, one scale for all"
-        add_bar(figure, drawn, grid, label, fraction=0.016, pad=0.012, aspect=32)
+        add_bar(figure, drawn, grid, label, extend="both", fraction=0.016, pad=0.012, aspect=32)
     return figure
 
 

@@ -495,8 +495,8 @@ def meaning(
     """
     if all(accuracies[title].low <= chance for title in (SHEAR, WITHOUT, BOTH)):
         return (
-            "Texture is not recognised better than by chance here, with the global shear or "
-            "without it."
+            "How well texture is recognised, with the global shear or without it, these data do "
+            "not tell from chance."
         )
     shear_adds, rest_adds = without_shear.ci95[0] > 0, shear_alone.ci95[0] > 0
     if shear_adds and rest_adds:
@@ -515,7 +515,10 @@ def meaning(
             "The images carry the texture without the global shear: it adds nothing to them that "
             "these data show."
         )
-    return "The global shear alone and the images without it recognise it as well as both together."
+    return (
+        "These data show no gain of both together over the global shear alone, or over the images "
+        "without it."
+    )
 
 
 def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> Explanation:

@@ -376,8 +376,8 @@ def touches_table(summary: Summary) -> pd.DataFrame:
     if on_a_scale:
         heads = [f"All {split.many}", "Between", *(f"{end} mm/s" for end in ends)]
     between = (
-        "Between: held-out speeds that lie between speeds trained on; to hold out the slowest or "
-        "the fastest is to extrapolate. "
+        "Between: held-out speeds that lie between other speeds of the data; to hold out the "
+        "slowest or the fastest is to extrapolate. "
     )
     return make_table(
         "Samples and whole recordings" + ", speeds between others and at the ends" * on_a_scale,

@@ -83,12 +83,12 @@ SAME = Difference(difference=0.0, ci95=(-0.1, 0.1))
             dict.fromkeys(TOLD, Recognised(0.1, 0.0, 0.2)),
             SAME,
             SAME,
-            "not recognised better than by chance",
+            "these data do not tell from chance",
         ),
         (TOLD, MORE, MORE, "20.0 points are lost without the global shear, 20.0 without the rest"),
         (TOLD, MORE, SAME, "The global shear carries the texture"),
         (TOLD, SAME, MORE, "The images carry the texture without the global shear"),
-        (TOLD, SAME, SAME, "recognise it as well as both"),
+        (TOLD, SAME, SAME, "show no gain of both"),
     ],
 )
 def test_the_sentence_follows_from_the_intervals(accuracies, without_shear, shear_alone, said):
