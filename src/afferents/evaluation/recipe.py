@@ -303,12 +303,14 @@ class Evaluation:
 
     def about(self, recordings: Sequence[Responses]) -> dict[str, Any]:
         """Return what every summary says of the whole; see `schemas.About`."""
-        recipe = self.recipe
+        recipe, n_used = self.recipe, len(recordings)
+        some = n_used < sum(origin.n_recordings for origin in recipe.data)
         return {
             "schema": SCHEMA,
             "afferents": __version__,
             "data": [origin.model_dump() for origin in recipe.data],
             "without": dict(recipe.options.without),
+            **({"n_used": n_used} if some else {}),
             "options": self.words,
             "cut": recipe.options.cut,
             "preset": recipe.options.preset,

@@ -297,6 +297,8 @@ class About(Schema):
     name of your own), `fingerprint`, `n_recordings`, `simulated`."""
     without: dict[str, str] = {}
     """Conditions of recordings that were left out."""
+    n_used: Count | None = None
+    """How many recordings of all sources were used; only where it was not all of them."""
     options: tuple[str, ...] = ()
     """Further options of the command."""
     cut: Cut

@@ -41,6 +41,11 @@ from afferents.reporting.tables import (
 # else. A difference is marked where it is larger than the paper's own spread between folds would
 # make likely; the rule is `spread_between_folds` and `likely`, and the table states it.
 
+OTHERS = {
+    "--textures", "--speeds", "--train-speeds", "--markers", "--test-only", "--without",
+    "--control", "--disturb", "--disturb-training",
+}  # fmt: skip
+"""Options with which folds learn from, or are tested on, something else than the paper's."""
 LARGER = "yes"
 """What stands beside a difference that the spread does not make likely."""
 _OTHER_LOG = "The paper's accuracies of SA-STE are not of the trainings that its log tells of. "
@@ -104,6 +109,7 @@ def has_published_grid(summary: Summary) -> bool:
         are_published(summary)
         and set(summary.speeds_mm_s) <= set(speeds)
         and all(data.n_recordings > nearly_all for data in summary.data)
+        and OTHERS.isdisjoint(summary.options)
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from afferents.evaluation.intervals import SESSION
 from afferents.evaluation.schemas import About, Outcome, Summary, UnknownSummary
+from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
 from afferents.reporting.published import published_textures
@@ -160,15 +161,22 @@ def textures_line(about: About) -> str:
 
 
 def data_line(about: About) -> str:
-    """Return every source with its number of recordings, and whether it is simulated.
+    """Return every source with its number of recordings, whether it is simulated, how many served.
 
     Of a path the last part; the rest says where it lies, not what it is.
     """
-    return ", ".join(
+    line = ", ".join(
         f"{data.source.rstrip('/').rpartition('/')[2] or data.source} ({data.n_recordings} "
         f"{'simulated ' if data.simulated else ''}recordings)"
         for data in about.data
     )
+    return line if about.n_used is None else f"{line}, {about.n_used} of them used"
+
+
+def control_asked(summary: Summary) -> str:
+    """Return what was taken from all recordings: `control: labels permuted`; nothing of none."""
+    none = summary.control == "none"
+    return "" if none else f"control: {CONTROLS[summary.control].partition(':')[0]}"
 
 
 def source_line(summary: Summary) -> str:
@@ -176,6 +184,7 @@ def source_line(summary: Summary) -> str:
     own = " with hyperparameters of its own" if summary.recipe else ""
     said = (
         f"Data: {data_line(summary)}",
+        control_asked(summary),
         spacing_note(summary),
         f"cut {summary.cut}",
         "" if summary.split == SPEED else f"held out: {summary.split.name}",
@@ -186,11 +195,11 @@ def source_line(summary: Summary) -> str:
     return " · ".join(filter(None, said))
 
 
-def preset_note(summary: Summary) -> str:
-    """Return what a preset's numbers are good for, where that is little; else nothing."""
-    if summary.preset != "quick":
-        return ""
-    return (
+def caution(summary: Summary) -> str:
+    """Return what numbers of a control or a quick preset are good for; of others nothing."""
+    control = f"Not of the recordings as they are, but a {control_asked(summary)}. "
+    quick = (
         "Preset quick: networks learnt for seconds from a few samples, to see that all of it runs; "
         "their numbers do not say how good a model is, those of --preset fast do."
     )
+    return control * (summary.control != "none") + quick * (summary.preset == "quick")

@@ -169,6 +169,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(name for name in PROTOCOL_TITLES if name in run) or "none"),
         ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
         ("Steady part", steady),
+        ("Asked for", shlex.join(summary.options)),
         *own,
         *((f"Corrupted when {when}", str(by)) for when, by in corrupted.items()),
         ("Chance", f"{percent(summary.chance)}%"),

@@ -14,6 +14,7 @@ from afferents.folds.held_out import ByPair
 from afferents.models.model import BEST, MODELS
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
+    control_asked,
     interval_note,
     model_title,
     outcomes,
@@ -78,6 +79,7 @@ def headline(summary: Summary) -> str:
     split, found = summary.split, won.found
     title, protocol = model_title(won.model, summary), PROTOCOL_TITLES[won.protocol]
     where = f"at {split.many} that it never learnt from"
+    where += f", in a {control_asked(summary)}" * (summary.control != "none")
     chance = f"guessing gives {percent(summary.chance)}%"
     if nothing_learnt(summary, won):
         return (

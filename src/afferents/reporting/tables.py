@@ -18,13 +18,13 @@ from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
     are_published,
+    caution,
     drawn_over,
     model_order,
     model_title,
     outcome,
     outcomes,
     percent,
-    preset_note,
     texture_names,
 )
 from afferents.reporting.published import (
@@ -157,7 +157,7 @@ def table1(summary: Summary) -> pd.DataFrame:
         f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets "
         f"(over {drawn_over(summary)}). Chance: {percent(summary.chance)}. "
         f"{_missing_note(summary)}{comparison_note(summary) if papers else ''} "
-        f"{preset_note(summary)}",
+        f"{caution(summary)}",
         (
             "Model",
             *((PAPER_COLUMN,) if split == SPEED and papers else ()),
@@ -225,7 +225,7 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
         "Percent of test samples; columns are "
         f"{'held-out speeds in mm/s' if split == SPEED else f'held-out {split.many}'}. "
         + "The paper's figures stand where it has the same speed; they were measured on its own "
-        "recordings, under the published protocol. " * of_paper_too + preset_note(summary),
+        "recordings, under the published protocol. " * of_paper_too + caution(summary),
         ("Model", "Protocol", *groups),
         rows,
         n_headers=2,
@@ -383,7 +383,7 @@ def touches_table(summary: Summary) -> pd.DataFrame:
         "Samples and whole recordings" + ", speeds between others and at the ends" * on_a_scale,
         "Percent recognised. A recording is classified by the sum of its samples' "
         f"log-probabilities. {between * on_a_scale}In brackets: 95% interval (over "
-        f"{drawn_over(summary)}). {preset_note(summary)}",
+        f"{drawn_over(summary)}). {caution(summary)}",
         (
             "Model",
             "Protocol",
@@ -425,7 +425,7 @@ def by_touch_table(summary: Summary) -> pd.DataFrame | None:
         "Percent of touches recognised, each by the mean log-probability of the samples that it is "
         f"made of: mean over held-out {summary.split.many}, with 95% interval in brackets (over "
         f"{drawn_over(summary)}), and in the worst of them. A touch is a number of whole samples: "
-        f"its length differs from the one stated by at most a quarter. {preset_note(summary)}",
+        f"its length differs from the one stated by at most a quarter. {caution(summary)}",
         [head for n in lengths for head in (f"{n} s", f"worst, {n} s")],
         cells,
     )
@@ -447,7 +447,7 @@ def lengths_table(summary: Summary) -> pd.DataFrame | None:
         f"Percent of test samples, mean over held-out {summary.split.many}, with 95% interval in "
         f"brackets (over {drawn_over(summary)}). Columns are frames of a window, which is one "
         "sample: longer windows are longer touches, and there are fewer of them to learn from. "
-        f"{preset_note(summary)}",
+        f"{caution(summary)}",
         ("Model", "Protocol", *(f"{n} frame{'' if n == '1' else 's'}" for n in lengths)),
         (
             (model_title(base, summary), protocol, *(mean_and_interval(of.get(n)) for n in lengths))

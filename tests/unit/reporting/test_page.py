@@ -9,6 +9,7 @@ import pytest
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
 from afferents.reporting.figures import FigureData, draw_pictures
+from afferents.reporting.labels import source_line
 from afferents.reporting.page import redo_command, render_report
 from afferents.reporting.summary_text import beside_the_winner, headline, next_steps, sureness
 
@@ -88,6 +89,16 @@ def test_what_is_wrong_with_recordings_stands_in_bold(summary, rendered):
     assert "3/50" in strong
     assert "Simulated recordings." in strong
     assert "video ends at frame 12" in rendered()
+
+
+def test_a_control_and_what_was_asked_for_are_named_wherever_numbers_stand(summary, rendered):
+    options = ("--control", "permuted", "--textures", "a,e")
+    summary |= {"control": "permuted", "options": options, "n_used": 6}
+    text, found = rendered(), S(summary)
+    assert "it never learnt from, in a control: labels permuted (nested" in headline(found)
+    assert "Not of the recordings as they are, but a control: labels permuted. " in text
+    assert "<dd>--control permuted --textures a,e</dd>" in text
+    assert "(9 recordings), 6 of them used · control: labels permuted" in source_line(found)
 
 
 def test_names_are_escaped(summary, results):

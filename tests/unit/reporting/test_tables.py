@@ -184,12 +184,14 @@ def test_each_fold_stands_beside_the_papers(of_paper):
     assert column(comparisons.beside_paper(S(of_paper)), "Held out (mm/s)") == ["50"]
 
 
-@pytest.mark.parametrize("change", ["textures", "speeds", "recordings"])
+@pytest.mark.parametrize("change", ["textures", "speeds", "recordings", "options"])
 def test_others_than_the_papers_are_not_compared(of_paper, change):
     if change == "textures":
         of_paper["textures"] = TEXTURES[:-1]
     elif change == "speeds":
         set_speeds(of_paper, {"10": 0.5, "110": 0.5})
+    elif change == "options":
+        of_paper["options"] = ["--markers", "0.25"]
     else:  # folds that learnt from fewer speeds
         of_paper["data"][0]["n_recordings"] = 65
     assert comparisons.beside_paper(S(of_paper)) is None
