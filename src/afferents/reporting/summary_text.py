@@ -118,19 +118,34 @@ def what_was_asked(summary: Summary) -> str:
     """Return what was held out, for somebody who has not read the paper."""
     split, keys = summary.split, summary.held_out_keys
     n = f"{len(summary.textures)} textures"
-    others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
-    held_out = (
-        f"Each in turn was held out: a model learnt from the recordings of {others}, and then had "
-        "to recognise the texture in every sample of this one."
-    )
+    held_out = f"Each in turn was held out: {_learnt_and_tested(summary)}"
     if not summary.all_held_out:
         return f"{n}. Of the {split.many}, {', '.join(keys)}{split.unit} were held out. {held_out}"
+    if not split.whole:
+        return f"The drum of each of {n} was divided into {len(keys)} arcs. {held_out}"
     if not split.ordered:
         return f"{n} were recorded with {len(keys)} {split.many}: {', '.join(keys)}. {held_out}"
     return (
         f"{n} were slid over at {len(keys)} {split.many}, {keys[0]} to {keys[-1]}{split.unit}. "
         f"{held_out} So a figure says how well textures are recognised at {split.one} that the "
         "model never learnt from."
+    )
+
+
+def _learnt_and_tested(summary: Summary) -> str:
+    """Return from what models learnt where something was held out, and on what they were tested."""
+    split, options = summary.split, summary.options
+    learnt = "the recordings of" if split.whole else "the parts of recordings in"
+    others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
+    these = "this one"
+    if "--test-only" in options:
+        only = options[options.index("--test-only") + 1]
+        others, these = f"{others} that are not of {only}", f"{these} that is of {only}"
+    half = {protocol for _, protocol, _ in outcomes(summary)} == {"published"}
+    return (
+        f"a model learnt from {learnt} {others}, and then had to recognise the texture in "
+        f"{'half of the samples' if half else 'every sample'} of {these}."
+        f"{' The other half picked the model.' * half}"
     )
 
 
@@ -159,9 +174,9 @@ def beside_the_winner(summary: Summary) -> list[str]:
     if won is None:
         return []
     recordings = mean_and_interval(won.found.recordings)
+    whole = "whole recordings" if summary.split.whole else "the parts of recordings in one arc"
     said = [
-        f"It recognises the texture of {recordings}% of whole recordings, from all their samples "
-        "together.",
+        f"It recognises the texture of {recordings}% of {whole}, from all their samples together.",
         _worst_groups(summary, won),
         _others(summary, won),
         _mistake(summary, won),

@@ -11,7 +11,13 @@ from afferents.evaluation.schemas import Summary
 from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.labels import source_line
 from afferents.reporting.page import redo_command, render_report
-from afferents.reporting.summary_text import beside_the_winner, headline, next_steps, sureness
+from afferents.reporting.summary_text import (
+    beside_the_winner,
+    headline,
+    next_steps,
+    sureness,
+    what_was_asked,
+)
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 S = Summary.model_validate
@@ -146,6 +152,28 @@ def test_it_says_what_else_came_out(summary):
     ]
     found["confusion"] = [[4, 0, 0], [0, 3, 0], [0, 0, 4]]
     assert not any("mistake" in sentence for sentence in beside_the_winner(S(summary)))
+
+
+def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
+    asked = what_was_asked(S(summary))
+    assert "from the recordings of the others, and then" in asked
+    assert "in every sample of this one. So" in asked
+    summary["options"] = ["--test-only", "repetition=1"]
+    asked = what_was_asked(S(summary))
+    assert "of the others that are not of repetition=1, and" in asked
+    assert "in every sample of this one that is of repetition=1." in asked
+    for found in summary["models"].values():
+        del found["nested"]
+    asked = what_was_asked(S(summary))
+    assert "in half of the samples of this one that is of repetition=1. The other half" in asked
+
+
+def test_arcs_are_parts_of_the_same_recordings(summary):
+    summary |= {"split": "angle-3", "groups": ["1", "2", "3"], "speeds_mm_s": [], "models": {}}
+    assert what_was_asked(S(summary)).startswith(
+        "The drum of each of 3 textures was divided into 3 arcs. Each in turn was held out: a "
+        "model learnt from the parts of recordings in the others, and then had"
+    )
 
 
 @pytest.mark.parametrize(
