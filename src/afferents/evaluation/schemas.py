@@ -344,6 +344,8 @@ class Summary(About):
     """With another split: values of the condition as text, or numbers of arcs."""
     chance: Share
     """1 / number of textures."""
+    recommended: str = ""
+    """The model that `best` stands for with these data; empty where they support none."""
     left_out: tuple[str, ...] = ()
     """Models that were asked for and that the data don't support."""
     titles: dict[str, str] = {}

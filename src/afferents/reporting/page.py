@@ -179,11 +179,17 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
 
 def redo_command(results: Results) -> str:
     """Return the command that repeats the evaluation, or all that filled the folder."""
-    summary, config = results.found, f"{results.root.name or 'RESULTS'}/{CONFIG}"
+    summary, config = results.found, str(results.root / CONFIG)
     bases = {name: base for base, of in summary.lengths.items() for name in of.values()}
     lengths = sorted({n for of in summary.lengths.values() for n in of}, key=int)
     models = dict.fromkeys(bases.get(name, name) for name in model_order(summary))
+    protocols = {protocol for _, protocol, _ in outcomes(summary)}
+    seeds = sorted({seed for *_, found in outcomes(summary) for seed in found.seeds})
     arguments = ["--config", config, "--out", "AGAIN"]
+    if len(protocols) > 1:  # the configuration holds what the last run was asked for
+        arguments += ["--protocol", "both"]
+    if len(seeds) > 1:
+        arguments += ["--seed", str(seeds[0]), "--seeds", str(seeds[-1] - seeds[0] + 1)]
     if models.keys() <= MODELS.keys():  # others are found by the file that the configuration names
         arguments += ["--models", ",".join(models)]
     arguments += ["--frames", ",".join(lengths)] if lengths else []

@@ -1,17 +1,18 @@
 """What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from afferents.choices import flag_of
 from afferents.dims import RA2
-from afferents.evaluation.options import EvaluationOptions, TrainingOptions
+from afferents.encodings.settings import Encodings
+from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.schemas import Lost, Outcome, Summary
 from afferents.folds.held_out import ByPair
-from afferents.models.model import BEST, MODELS
+from afferents.models.model import MODELS
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     control_asked,
@@ -24,6 +25,8 @@ from afferents.reporting.labels import (
 from afferents.reporting.tables import mean_and_interval
 
 WORST_SHOWN = 3
+_OF_ANY_MODEL = ("--split", "--steady", "--without", "--held-out", "--textures", "--speeds")
+"""Options of the data, which every model takes."""
 STORE = "store"
 """Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
 
@@ -58,17 +61,11 @@ def winner(summary: Summary) -> Winner | None:
     for protocol in PROTOCOL_TITLES:
         found = {model: one for model, its, one in outcomes(summary) if its == protocol}
         if found:
-            wanted = _recommended(summary)
+            wanted = summary.recommended
             best = max(found, key=lambda name: found[name].mean_accuracy)
             named = wanted if wanted in found else best
             return Winner(named, protocol, wanted in found, found[named], found)
     return None
-
-
-def _recommended(summary: Summary) -> str:
-    """Return what we recommend for such data: a model of markers, where there are any."""
-    ours, of_sound = BEST
-    return ours if summary.lost or ours in {*summary.models, *summary.lengths} else of_sound
 
 
 def headline(summary: Summary) -> str:
@@ -240,12 +237,13 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
             "Train longer. The preset quick only shows that all of it runs: repeat the command at "
             "the end of this page into another folder, with --preset fast."
         )
-    wanted = _recommended(summary)
-    if wanted not in {*won.rivals, *summary.lengths}:
+    wanted = summary.recommended
+    if wanted and wanted not in {*won.rivals, *summary.lengths}:
         title, again = model_title(wanted, summary), ["afferents", "evaluate", *sources]
+        asked = _handed_on(summary, _OF_ANY_MODEL)
         yield Step(
             f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
-            shlex.join([*again, *summary.options, "--models", "best", "--out", "BEST"]),
+            shlex.join([*again, *asked, "--models", "best", "--out", "BEST"]),
         )
     if any(data.simulated for data in summary.data):
         yield Step(
@@ -271,9 +269,19 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
     yield from _use_it(summary, won)
 
 
+def _handed_on(summary: Summary, flags: Collection[str]) -> list[str]:
+    """Return the words that ask for the same cut and preset, and the same of these options."""
+    pairs = zip(summary.options[::2], summary.options[1::2], strict=True)
+    words = [word for flag, value in pairs if flag in flags for word in (flag, value)]
+    words += ["--cut", summary.cut] if summary.cut != "all" else []
+    return words + (["--preset", summary.preset] if summary.preset == "paper" else [])
+
+
 def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
     """Yield how to keep a model and run it live: the one spoken of, or the best that can be."""
-    from afferents.evaluation.train import can_run_live  # who only reads sentences needs no torch
+    # who only reads sentences needs no torch
+    from afferents.evaluation.encode import sources_of
+    from afferents.evaluation.train import can_run_live
 
     able = [name for name in won.rivals if name in MODELS and can_run_live(MODELS[name])]
     title, why = model_title(won.model, summary), ""
@@ -290,10 +298,10 @@ def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
             f"{model_title(name, summary)} ({accuracy}%). "
         )
     source = summary.data[0].source  # `train` takes one
-    asked = zip(summary.options[::2], summary.options[1::2], strict=True)
-    other = EvaluationOptions.model_fields.keys() - TrainingOptions.model_fields.keys()
-    flags = {flag_of(option) for option in other}  # which 'train' lacks
-    options = [word for flag, value in asked if flag not in flags for word in (flag, value)]
+    encodings = [one.encoding for one in sources_of(MODELS[name], Encodings())]
+    flags = {option.flag for one in encodings for option in one.options().values()}
+    flags |= {flag_of(option) for option in TrainingOptions.model_fields}
+    options = _handed_on(summary, flags)
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
         yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)

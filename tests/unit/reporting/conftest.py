@@ -95,6 +95,7 @@ def summary() -> dict[str, Any]:
         "named_by_spacing": True,
         "speeds_mm_s": list(SPEEDS),
         "chance": 1 / 3,
+        "recommended": "vib-te-aug",
         "intervals": {"replicate": "texture", "n": 3},
         "skipped": [],
         "models": {
@@ -118,7 +119,7 @@ def results(summary: dict[str, Any]) -> Results:
     columns = ["model", "protocol", "seed", "held_out_speed_mm_s"]
     predictions = pd.DataFrame(rows, columns=[*columns, "true_texture", "predicted_texture"])
     found = Summary.model_validate(summary)
-    return Results(Path("OUT"), {"preset": "quick"}, found, predictions)
+    return Results(Path("OUT/results"), {"preset": "quick"}, found, predictions)
 
 
 @pytest.fixture

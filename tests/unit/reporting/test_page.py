@@ -117,14 +117,22 @@ def test_names_are_escaped(summary, results):
 
 def test_command_repeats_the_evaluation(results, summary):
     assert redo_command(results) == (
-        "afferents evaluate --config OUT/config.json --out AGAIN --models vib-te,vib-te-aug"
+        "afferents evaluate --config OUT/results/config.json --out AGAIN --protocol both --models "
+        "vib-te,vib-te-aug"
     )
+    for found in summary["models"].values():
+        found["nested"]["seeds"] = [3, 4]
+        del found["published"]
+    several = Results(results.root, results.config, S(summary), results.predictions)
+    assert "--out AGAIN --seed 3 --seeds 2 --models" in redo_command(several)
 
 
 # In short.
 
 
 def test_headline_names_what_is_recommended_under_the_strictest_protocol(summary):
+    """By what the data support: markers in no grid have been lost too, and give no waves."""
+    summary["lost"] = {"median": 0.1, "worst": 0.1, "recording": "0/10", "n": 9}
     summary["models"]["vib-te-aug"]["nested"]["mean_accuracy"] = 0.6
     summary["models"]["vib-te"]["published"]["mean_accuracy"] = 0.99
     said = headline(S(summary))
@@ -230,10 +238,15 @@ def test_as_good_is_not_better(summary):
 @pytest.mark.parametrize("model", ["sa-wave-vector", "vib-te-aug"])
 def test_each_step_is_a_command_that_the_shell_takes(summary, simulated, model, tmp_path, fails):
     """What it lacks here is the data, the model or the device, never an option or a source."""
+    options = ("--markers", "0.5", "--window-s", "0.5", "--split", "trial")
+    summary |= {"cut": "published", "preset": "paper", "options": options}
     summary["data"][0] |= {"kind": "store", "simulated": simulated, "source": str(tmp_path / "s")}
     summary["models"][model] = summary["models"].pop("vib-te-aug")
     commands = [line for step in next_steps(S(summary)) for line in step.command.splitlines()]
     assert [line.split()[1] for line in commands][-3:] == ["train", "export", "live"]
+    both = "--split trial --cut published --preset paper"
+    assert all(both in line for line in commands if line.split()[1] in ("evaluate", "train"))
+    assert not any("--markers" in line for line in commands)
     for line in commands:
         said = fails(*shlex.split(line)[1:])
         assert re.search(r"(s|MODEL|model.onnx): expected", said), said
