@@ -77,8 +77,8 @@ def report(
     import afferents
     from afferents.reporting.report import compare_runs
 
+    table, written = compare_runs(results)  # which refuses some, before minutes of drawing
     pages = [afferents.report(folder, quiet or as_json, figures) for folder in results]
-    table, written = compare_runs(results)
     found = {"reports": [str(page) for page in pages], "table": str(written)}
     lines = [f"Report: {page}" for page in pages]
     say(as_json, found, table, *lines, f"Table: {written}")

@@ -158,9 +158,10 @@ def load_results(root: str | Path) -> Results:
     root = Path(root)
     for name in (CONFIG, SUMMARY, PREDICTIONS):
         if not (root / name).is_file():
-            raise InputError(
-                f"{root}: expected a results folder with {name}, found none; run evaluate first"
-            )
+            reproduced = root / "results"
+            there = (reproduced / SUMMARY).is_file()
+            do = f"its results are in {reproduced}" if there else "run evaluate first"
+            raise InputError(f"{root}: expected a results folder with {name}, found none; {do}")
     config, found = read_config(root), read_summary(root)
     predictions = read_predictions(root / PREDICTIONS)
     if column_of(predictions) != found.split.column:

@@ -488,7 +488,7 @@ def split_named(name: str) -> Split:
     if name == SPEED.name:
         return SPEED
     if name == TEXTURE:
-        do = "from Python call evaluate_textures for it"
+        do = "only evaluate --split texture (evaluate_textures in Python) takes it"
         raise InputError(f"{OPTION}: expected 'speed' or a condition, found '{TEXTURE}'{then(do)}")
     if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
         return ByAngle(name)

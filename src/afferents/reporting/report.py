@@ -24,7 +24,6 @@ from afferents.evaluation.results import (
     CONFIG,
     Results,
     load_results,
-    read_summary,
     texture_summaries,
 )
 from afferents.files import Place, write_aside, write_text
@@ -125,7 +124,7 @@ def compare_runs(folders: Sequence[Path]) -> tuple[pd.DataFrame, Path]:
     Raises
     ------
     InputError
-        If there are no results in one of them, two have the same name, or one of several is of
+        If there are no results in one of them, one is given twice, or one of several is of
         `--split texture`.
     """
     of_textures = [folder for folder in folders if texture_summaries(folder)]
@@ -136,11 +135,12 @@ def compare_runs(folders: Sequence[Path]) -> tuple[pd.DataFrame, Path]:
         )
     if of_textures:
         return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
-    runs = {folder.resolve().name: read_summary(folder) for folder in folders}
+    names = [folder.resolve().name for folder in folders]
+    if len(set(names)) < len(names):  # such as `results`, where `reproduce` leaves them
+        names = list(map(str, folders))
+    runs = {name: load_results(folder).found for name, folder in zip(names, folders, strict=True)}
     if len(runs) < len(folders):
-        raise InputError(
-            "RESULTS: expected folders of different names, found one name twice; rename one"
-        )
+        raise InputError("RESULTS: expected each folder once, found one twice; leave it out")
     if len(folders) == 1:
         return short_table1(*runs.values()), folders[0] / FIRST_TABLE
     table, path = runs_side_by_side(runs), folders[0] / "runs.md"

@@ -3,9 +3,10 @@
 import pandas as pd
 import pytest
 
+from afferents.errors import InputError
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
-from afferents.reporting import comparisons, published, tables
+from afferents.reporting import comparisons, published, report, tables
 from afferents.reporting.labels import are_published, spacing_note, texture_names
 
 TEXTURES, SPEEDS = list(published.published_textures()), list(published.published_speeds())
@@ -195,6 +196,16 @@ def test_others_than_the_papers_are_not_compared(of_paper, change):
     else:  # folds that learnt from fewer speeds
         of_paper["data"][0]["n_recordings"] = 65
     assert comparisons.beside_paper(S(of_paper)) is None
+
+
+def test_runs_of_one_name_are_told_by_their_paths(results, monkeypatch, tmp_path):
+    monkeypatch.setattr(report, "load_results", lambda folder: results)
+    folders = [tmp_path / one / "results" for one in "ab"]
+    folders[0].mkdir(parents=True)
+    table, _ = report.compare_runs(folders)
+    assert tables.heads_of(table)[2:] == [str(folder) for folder in folders]
+    with pytest.raises(InputError, match="found one twice"):
+        report.compare_runs(folders[:1] * 2)
 
 
 def test_accuracy_by_texture_is_a_mean_over_speeds(results):

@@ -5,7 +5,10 @@ import json
 import pytest
 
 import afferents
+from afferents.evaluation.options import EvaluationOptions
+from afferents.recordings.session import read_session
 from afferents.reproduction import reproduce as reproducing
+from afferents.reproduction.run_folder import RunFolder
 from afferents.rig.simulation import simulation_of
 
 from ...conftest import few_epochs
@@ -115,6 +118,12 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
     assert facts["like"] == "published"
 
 
+def test_arcs_are_counted_before_the_way_of_the_drum_is_known(as_published, tmp_path):
+    run, options = RunFolder(tmp_path), EvaluationOptions(split="angle-3", models="sa-se")
+    said = reproducing._to_do(read_session(as_published), run, options)
+    assert "at most 3 trainings" in said
+
+
 def test_what_makes_no_sense_is_refused_before_anything_is_begun(
     as_published, results, tmp_path, fails
 ):
@@ -123,6 +132,7 @@ def test_what_makes_no_sense_is_refused_before_anything_is_begun(
         ((*given, "--like", "published"), "0/10: expected at least 5510 video frames"),
         (("--like", "published"), "--cut published: expected recordings of a minute (--size pap"),
         ((*given, "--models", "tea"), "'tea'"),
+        ((*given, "--split", "texture"), "only evaluate --split texture"),
         ((*given, "--held-out", "15", "--keep-going"), "15"),
     ):
         assert said in fails("reproduce", out, *options, "--quiet")
