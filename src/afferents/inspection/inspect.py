@@ -45,7 +45,6 @@ from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.described import Described
 from afferents.recordings.media import is_image_folder, is_sound
-from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
@@ -290,7 +289,6 @@ def inspect_recordings(
     try:
         if not found.problems and isinstance(session, FolderSession):
             require_rates_that_agree(session, session.declared)
-        found.sentences += clock_sentences(session)
     except InputError as error:
         found.problems.append(str(error))
     found.facts = {"recordings": rows}

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.stats import siegelslopes
 
 from afferents.store.drum_path import DRIVE, Drum
-from afferents.store.log import read_log, write_log
-from afferents.store.recording import Recording, RecordingSet
+from afferents.store.log import write_log
 
 # Times are those of the monotonic clock, s. A run's own time, that of its video and its sound,
 # counts from ``origin_s``, which stands above the columns of every log: when the first sample was
@@ -191,103 +190,3 @@ def sound_clock(blocks: Sequence[BlockRow], rate_hz: float) -> SoundClock:
         return SoundClock(start_s, scatter / len(x) ** 0.5, None)
     error_s = scatter * float(np.sqrt(1 / len(x) + x.mean() ** 2 / spread))
     return SoundClock(start_s, error_s, Drift(-slope, scatter / spread**0.5))
-
-
-# How the clocks of recordings that are finished went: said by `inspect`.
-
-
-class Clocks(NamedTuple):
-    """Clocks of one recording.
-
-    Attributes
-    ----------
-    name
-        Of the recording.
-    fps_hz
-        Frames a second, by their numbers and times of capture; NaN where unknown.
-    late_s
-        By how much the sound began after the video's zero.
-    sound
-        When the sound was taken.
-    seconds
-        How long the sound is.
-    """
-
-    name: str
-    fps_hz: float
-    late_s: float
-    sound: SoundClock
-    seconds: float
-
-    @property
-    def apart_s(self) -> float:
-        """By how much sound and picture certainly lie apart, at the worst moment."""
-        late = max(0.0, abs(self.late_s) - SURE * self.sound.error_s)
-        if self.sound.drift is None:
-            return late
-        drift = max(0.0, abs(self.sound.drift.share) - SURE * self.sound.drift.error)
-        return late + drift * self.seconds
-
-
-def clock_sentences(session: RecordingSet) -> list[str]:
-    """Say how camera and sound card kept time in recordings made by `afferents record`.
-
-    Nothing is said of others: they have no times of frames and of blocks of sound.
-
-    Raises
-    ------
-    InputError
-        If a recording's logs can't be read.
-    """
-    known = [one for recording in session.recordings if (one := _clocks_of(recording))]
-    if not known:
-        return []
-    late_ms = 1000 * np.array([one.late_s for one in known])
-    said = (
-        f"Clocks of {len(known)} recordings: sound began {late_ms.min():+.1f} to "
-        f"{late_ms.max():+.1f} ms from the picture's zero"
-    )
-    fps_hz = np.array([one.fps_hz for one in known])
-    if np.isfinite(fps_hz).any():
-        said += f", {np.nanmin(fps_hz):.3f} to {np.nanmax(fps_hz):.3f} frames a second were taken"
-    drifts = [one.sound.drift for one in known if one.sound.drift is not None]
-    if drifts:
-        typical = sorted(drifts)[len(drifts) // 2]
-        said += f", and the sound's clock drifted by {typical.said()} in the median"
-    far = [one for one in known if one.apart_s * one.fps_hz > LIMIT_FRAMES]
-    if not far:
-        return [f"{said}."]
-    worst = max(far, key=lambda one: one.apart_s)
-    return [
-        f"{said}.",
-        f"In {len(far)} of them sound and picture lie more than half a frame apart, most in "
-        f"{worst.name} ({1000 * worst.apart_s:.1f} ms): record shorter runs, or from the sound "
-        "card itself rather than a sound server.",
-    ]
-
-
-def _clocks_of(recording: Recording) -> Clocks | None:
-    """Return a recording's clocks; None if it has no table of blocks."""
-    if recording.audio is None:
-        return None
-    folder = Path(recording.audio.path).parent
-    if (log := read_log(folder / SOUND, BlockRow.__annotations__)) is None:
-        return None
-    head, table = log
-    if head.origin_s is None or table.empty:
-        return None
-    rows = [BlockRow._make(row) for row in table.itertuples(index=False)]
-    rate_hz = recording.audio.sample_rate_hz
-    clock = sound_clock(rows, rate_hz)
-    seconds = sum(row.n_samples for row in rows) / rate_hz
-    late_s = clock.start_s - head.origin_s
-    return Clocks(recording.name, _frame_rate(folder / FRAMES), late_s, clock, seconds)
-
-
-def _frame_rate(path: Path) -> float:
-    """Return frames a second by their numbers and times; NaN if there is nothing to tell it."""
-    log = read_log(path, {"sequence": int, "time_s": float})
-    if log is None or len(log[1]) < 2:
-        return float("nan")
-    n, seconds = (log[1].iloc[-1] - log[1].iloc[0]).to_numpy()
-    return float(n / seconds) if seconds > 0 else float("nan")

@@ -8,7 +8,8 @@ import numpy as np
 from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.samples import Samples
-from afferents.reporting.labels import speed_key, texture_letter, texture_names
+from afferents.folds.held_out import key_of
+from afferents.reporting.labels import texture_letter, texture_names
 from afferents.store.recording import LETTERS, natural_order
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
@@ -84,7 +85,7 @@ class Shown(NamedTuple):
     @property
     def label(self) -> str:
         """Return texture and speed as they stand beside a row, and below what they are for."""
-        lines = [self.name, f"{speed_key(self.speed_mm_s)} mm/s"]
+        lines = [self.name, f"{key_of(self.speed_mm_s)} mm/s"]
         return "\n".join([*lines, *([f"(for {self.wanted})"] if self.wanted else [])])
 
 
@@ -113,10 +114,10 @@ def shown_for(wanted: Recorded, recorded: Recorded, by_spacing: bool) -> list[Sh
         texture = of_letter.get(letter) or textures[round(along * (len(textures) - 1))]
         speed = _nearest(speeds[texture], paper_mm_s)
         other = "" if letter in of_letter else letter
-        off = [other] * bool(other) + [speed_key(paper_mm_s)] * (speed != paper_mm_s)
+        off = [other] * bool(other) + [key_of(paper_mm_s)] * (speed != paper_mm_s)
         instead = (
-            f"{names[texture]} at {speed_key(speed)} mm/s for "
-            f"{f'{other} at ' * bool(other)}{speed_key(paper_mm_s)} mm/s"
+            f"{names[texture]} at {key_of(speed)} mm/s for "
+            f"{f'{other} at ' * bool(other)}{key_of(paper_mm_s)} mm/s"
         )
         found.append(Shown(texture, speed, names[texture], ", ".join(off), instead * bool(off)))
     return found

@@ -133,11 +133,6 @@ def outcomes(summary: Summary) -> Iterator[tuple[str, str, Outcome]]:
                 yield model, protocol, found
 
 
-def speed_key(speed_mm_s: float) -> str:
-    """Return a speed as the summary spells it: `10`, `12.5`."""
-    return f"{speed_mm_s:g}"
-
-
 def percent(fraction: float, decimals: int = 1) -> str:
     """Return a fraction as percent without the sign: 0.5014 gives `50.1`."""
     return f"{100 * fraction:.{decimals}f}"

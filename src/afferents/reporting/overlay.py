@@ -95,7 +95,6 @@ def draw_overlay(
         Where each marker was last seen, shape (n_frames, n, 2), px.
     """
     large = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
-    large = large[: large.shape[0] // 2 * 2]
     if large.ndim == 2:  # grey
         large = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
     picture: Picture = np.ascontiguousarray(large, np.uint8)

@@ -16,7 +16,7 @@ from afferents.errors import InputError, then
 from afferents.evaluation import metrics
 from afferents.evaluation.results import Results
 from afferents.filling import fill_frames
-from afferents.folds.held_out import SPEED, column_of, group_in, order
+from afferents.folds.held_out import SPEED, column_of, group_in, key_of, order
 from afferents.markers.places import covered, images_of
 from afferents.reporting.confusion import (
     OF_TRUE,
@@ -27,7 +27,7 @@ from afferents.reporting.confusion import (
     write_numbers,
 )
 from afferents.reporting.images import draw_image, scale_of
-from afferents.reporting.labels import PROTOCOL_TITLES, model_title, speed_key, texture_labels
+from afferents.reporting.labels import PROTOCOL_TITLES, model_title, texture_labels
 from afferents.reporting.recording_figures import draw_bands, draw_markers, draw_traces
 from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
 from afferents.reporting.style import (
@@ -112,7 +112,7 @@ def tactile_image(
         by_spacing = bool(response.attrs.get(dims.NAMED_BY_SPACING))
         title.append(f"texture {texture_labels([texture], by_spacing)[texture]}")
     if dims.SPEED in found.coords and not found[dims.SPEED].dims:
-        title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
+        title.append(f"{key_of(found[dims.SPEED].item())} mm/s")
     image = _grid(found)
     ax = axes_of(ax, 4.2, 3.5)
     drawn = draw_image(ax, image, scale_of(image), ", ".join(title))
@@ -415,7 +415,7 @@ def confusion(
     title += [PROTOCOL_TITLES.get(chosen, chosen)] if chosen else []
     if held_out_mm_s is not None:
         rows, _ = _chosen(rows, "held_out_speed_mm_s", held_out_mm_s)
-        title.append(f"{speed_key(held_out_mm_s)} mm/s held out")
+        title.append(f"{key_of(held_out_mm_s)} mm/s held out")
     if held_out is not None:
         rows, _ = _chosen(rows, "held_out_group", held_out)
         title.append(f"{summary.split.printed(held_out) if summary else held_out} held out")

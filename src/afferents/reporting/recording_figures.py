@@ -11,7 +11,8 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.reporting.labels import speed_key, texture_axis, texture_letter, texture_names
+from afferents.folds.held_out import key_of
+from afferents.reporting.labels import texture_axis, texture_letter, texture_names
 from afferents.reporting.style import (
     BLUE,
     GREEN,
@@ -291,7 +292,7 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     title = f"How like is a tactile image to the one {apart} frames later?"
     figure = new_figure(max(5.6, min(0.42 * len(textures) + 2.6, 11)), 3.9, title, source)
     axes = figure.subplots()
-    ends = f", {speed_key(slowest)} to {speed_key(fastest)} mm/s" if slowest < fastest else ""
+    ends = f", {key_of(slowest)} to {key_of(fastest)} mm/s" if slowest < fastest else ""
     at = [place(textures.index(str(row["texture"])), row["speed_mm_s"]) for row in rows]
     for name, (called, colour) in _CHANNELS.items():
         axes.plot(at, [row[name] for row in rows], ls="", marker="o", markersize=3, alpha=0.75,

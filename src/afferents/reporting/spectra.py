@@ -13,6 +13,7 @@ from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.augment import stretch_spectrum
 from afferents.encodings.samples import Samples, textures_of
+from afferents.folds.held_out import key_of
 from afferents.reporting.choice import (
     Shown,
     example_textures,
@@ -22,7 +23,7 @@ from afferents.reporting.choice import (
     speeds_of_textures,
     spread,
 )
-from afferents.reporting.labels import speed_key, texture_names
+from afferents.reporting.labels import texture_names
 from afferents.reporting.style import BLUE, GREY, INK, ORANGE, VERMILION, new_figure, styled
 from afferents.store.recording import spacing_mm
 
@@ -87,7 +88,6 @@ class StretchExample:
     should look like.
     """
 
-    texture: str
     name: str
     speed_mm_s: float
     half: xr.DataArray
@@ -119,7 +119,7 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     half, middle, double = (
         mean_spectrum(in_condition(spectra, texture, k * speed)) for k in (0.5, 1.0, 2.0)
     )
-    return StretchExample(texture, names[texture], speed, half, middle, double)
+    return StretchExample(names[texture], speed, half, middle, double)
 
 
 def _unlike_the_paper(condition: tuple[str, float]) -> tuple[int, float, float, str, float]:
@@ -159,12 +159,12 @@ def stretch_figure(example: StretchExample, source: str) -> Figure:
     panels = figure.subplots(3, 1, sharex=True)
     for axes, (real, factor, colour) in zip(panels, reals, strict=True):
         n = real.attrs["n_windows"]
-        label = f"recorded at {speed_key(factor * speed)} mm/s ({n} windows)"
+        label = f"recorded at {key_of(factor * speed)} mm/s ({n} windows)"
         axes.plot(real[dims.FREQUENCY], real, color=INK, lw=0.9, label=label)
         drawn = [real]
         if factor != 1:
             drawn.append(copy := stretched_by(factor, middle))
-            label = f"{speed_key(speed)} mm/s stretched by {factor:g}"
+            label = f"{key_of(speed)} mm/s stretched by {factor:g}"
             axes.plot(copy[dims.FREQUENCY], copy, color=colour, label=label)
         axes.set_ylim(0, amplitude_top(drawn, STRETCHED_TO_HZ))
         axes.legend(loc="upper right")
@@ -239,7 +239,7 @@ def spectra_figure(spectra: Samples, source: str, style: Figures = "report") -> 
         for axes, shown in zip(cells, row, strict=True):
             wanted = f" (for {shown.wanted})" if shown.wanted else ""
             if row is rows[0] or wanted:
-                axes.set_title(f"{speed_key(shown.speed_mm_s)} mm/s{wanted}", fontweight="bold")
+                axes.set_title(f"{key_of(shown.speed_mm_s)} mm/s{wanted}", fontweight="bold")
     grid[0, 0].set_xlim(0, min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max())))
     for axes in grid[-1]:
         axes.set_xlabel("frequency (Hz)")

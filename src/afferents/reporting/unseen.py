@@ -14,6 +14,7 @@ from afferents.evaluation.schemas import (
     UnknownSummary,
 )
 from afferents.files import write_text
+from afferents.folds.held_out import key_of
 from afferents.reporting.labels import (
     ABSENT,
     data_line,
@@ -23,7 +24,6 @@ from afferents.reporting.labels import (
     percent,
     shortened,
     spacing_note,
-    speed_key,
     texture_names,
     textures_line,
 )
@@ -184,7 +184,7 @@ def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
         *summary.options,
         *(["--keep-going"] if summary.skipped else ()),
     ]
-    speeds = shortened([speed_key(v) for v in summary.speeds_mm_s])
+    speeds = shortened([key_of(v) for v in summary.speeds_mm_s])
     page = render(
         "textures.html",
         summary,

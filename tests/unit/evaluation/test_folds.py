@@ -176,7 +176,7 @@ def test_what_makes_no_sense_is_named(evaluated, name, change, said):
 def test_results_of_a_reproduction_lie_one_folder_below(tmp_path):
     (tmp_path / "results").mkdir()
     (tmp_path / "results" / "summary.json").touch()
-    with pytest.raises(InputError, match="found none; its results are in .*/results"):
+    with pytest.raises(InputError, match="; its results are in "):
         load_results(tmp_path)
 
 

@@ -1,7 +1,6 @@
 """A plan recorded on simulated devices whose camera sees the rig's film, faults and all."""
 
 import json
-import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,6 @@ import afferents
 from afferents.devices import ByHand, MicrophoneSettings
 from afferents.errors import InputError
 from afferents.folds.held_out import split_named
-from afferents.inspection.inspect import inspect
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.devices import Devices, open_devices
@@ -29,7 +27,6 @@ from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
 from afferents.store.drum_path import MARK, Drum, logged_path, path_in
-from afferents.store.log import write_log
 from afferents.store.responses import steady_s
 
 from ...limits import files_no_larger_than
@@ -206,30 +203,8 @@ def test_the_sound_is_that_of_the_film_and_on_the_same_clock(faulty, bench):
     first = round((blocks.time_s[0] - begun_s) * rate)
     np.testing.assert_array_equal(samples, bench.film.sound[first : first + len(samples)])
     assert len(samples) == round(2.0 * rate)
-
-
-def test_inspect_says_how_the_clocks_went(faulty, tmp_path):
-    session, _ = faulty
     said = json.loads((session / "session.json").read_text())["runs"][RUN]["sound_clock"]
     assert abs(said["seconds"]) < 1e-6
-    sentence = inspected(session)
-    assert re.search(r"Clocks of 1 recordings: sound began [+-]0\.0 to", sentence)
-    fps_hz = float(re.search(r"to ([\d.]+) frames a second were taken", sentence)[1])
-    assert fps_hz == pytest.approx(90, abs=0.1)
-    assert "half a frame apart" not in sentence
-    shutil.copytree(session, tmp_path / "S")
-    sound = tmp_path / "S" / RUN / "sound.csv"
-    table = pd.read_csv(sound, skiprows=1).assign(time_s=lambda rows: rows.time_s + 0.03)
-    write_log(sound, table.columns, table.itertuples(index=False), origin_s(sound))
-    assert f"more than half a frame apart, most in {RUN} (30.0 ms)" in inspected(tmp_path / "S")
-    sound.write_bytes(b"broken")
-    assert "sound.csv: expected a log with time_s, first_sample" in inspected(tmp_path / "S")
-
-
-def inspected(session):
-    found = inspect(session, session.parent / "look", quiet=True)
-    shutil.rmtree(session.parent / "look", ignore_errors=True)
-    return " ".join([*found.sentences, *found.problems])
 
 
 def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
