@@ -4,12 +4,12 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from afferents import dims
 from afferents.encodings.samples import Samples
@@ -73,15 +73,6 @@ class FoldKey(Schema):
         whose = {"model": model, "protocol": protocol, "seed": seed}
         return FoldKey(**whose, **which, **{split.held_out: held_out})
 
-    @model_validator(mode="after")
-    def _says_what_is_held_out(self) -> Self:
-        self._require(self.split.held_out)
-        return self
-
-    def _require(self, name: str) -> None:
-        if getattr(self, name) is None:
-            raise ValueError(f"{name} must be given")
-
     @property
     def split(self) -> Split:
         """What is held out: a speed, or a group of another split."""
@@ -122,7 +113,7 @@ def finished(results: Path, key: FoldKey) -> bool:
 
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, group."""
-    keys = [_key_of(results, path) for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
+    keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     rank = {name: i for i, name in enumerate(MODELS)}
 
     def place(key: FoldKey) -> tuple[int, str, str, int, tuple[float, str]]:
@@ -165,11 +156,6 @@ class FoldFacts(FoldKey):
     leaks: dict[str, Counted]
     """What was seen of the test samples before the test; all 0 and false under `nested`."""
 
-    @model_validator(mode="after")
-    def _says_what_validated(self) -> Self:
-        self._require(self.split.validation)
-        return self
-
     @property
     def key(self) -> FoldKey:
         """Of which fold."""
@@ -191,16 +177,6 @@ def read_facts(path: Path) -> FoldFacts:
         If they are missing or damaged.
     """
     return FoldFacts.read(path, "the facts of a fold", AGAIN)
-
-
-def _key_of(results: Path, path: Path) -> FoldKey:
-    """Return the key of the fold whose facts lie at `path`."""
-    key = read_facts(path).key
-    if key.folder(results) != path.parent:
-        raise InputError(
-            f"{path}: expected the facts of the fold that its folder names, found {key!s}; {AGAIN}"
-        )
-    return key
 
 
 def predictions_table(

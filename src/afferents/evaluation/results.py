@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from pandas.api.types import is_numeric_dtype
 
 from afferents.documents import read_checked
 from afferents.errors import InputError, then
@@ -31,7 +30,7 @@ from afferents.evaluation.schemas import (
     Summary,
     UnknownSummary,
 )
-from afferents.folds.held_out import SPEED, Split, column_of
+from afferents.folds.held_out import Split
 from afferents.plugins import import_extra
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
@@ -41,11 +40,6 @@ UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
-
-_TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
-_NUMBERS = ("seed", "start_s", "stop_s")
-_ABOVE_ONE = 1e-5
-"""By so much a probability may exceed 1: it is rounded."""
 
 
 @dataclass(frozen=True)
@@ -163,17 +157,7 @@ def load_results(root: str | Path) -> Results:
             do = f"its results are in {reproduced}" if there else "run evaluate first"
             raise InputError(f"{root}: expected a results folder with {name}, found none; {do}")
     config, found = read_config(root), read_summary(root)
-    predictions = read_predictions(root / PREDICTIONS)
-    if column_of(predictions) != found.split.column:
-        expected = f"predictions with the column '{found.split.column}'"
-        raise InputError(f"{root / PREDICTIONS}: expected {expected}, found none; {AGAIN}")
-    named = {*predictions["true_texture"], *predictions["predicted_texture"]}
-    if foreign := named - set(found.textures):
-        expected = f"predictions of the textures that {SUMMARY} names"
-        raise InputError(
-            f"{root / PREDICTIONS}: expected {expected}, found one of '{min(foreign)}'; {AGAIN}"
-        )
-    return Results(root, config, found, predictions)
+    return Results(root, config, found, read_predictions(root / PREDICTIONS))
 
 
 def read_config(root: Path) -> dict[str, Any]:
@@ -228,23 +212,4 @@ def read_predictions(path: Path) -> pd.DataFrame:
         raise InputError(
             f"{path}: expected a table of predictions, found {said}{then(do)}"
         ) from error
-    if fault := _fault(table):
-        raise InputError(f"{path}: expected a table of predictions, found {fault}{then(do)}")
     return table
-
-
-def _fault(table: pd.DataFrame) -> str | None:
-    """Return what keeps a table from being one of predictions."""
-    held_out = SPEED.column if column_of(table) not in table else column_of(table)
-    for name in (*_TEXTS, *_NUMBERS, held_out):
-        if name not in table:
-            return f"one without the column '{name}'"
-    for name in (*_NUMBERS, SPEED.column) if held_out == SPEED.column else _NUMBERS:
-        if not is_numeric_dtype(table[name]) or not np.isfinite(table[name]).all():
-            return f"one whose column '{name}' holds more than numbers"
-    for label, column in table.items():
-        if not str(label).startswith(PROBABILITY):
-            continue
-        if not is_numeric_dtype(column) or not column.between(0, 1 + _ABOVE_ONE).all():
-            return f"one whose column '{label}' holds more than probabilities"
-    return None

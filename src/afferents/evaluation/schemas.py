@@ -5,11 +5,10 @@ on. Files say of speeds and of groups by different names (`by_speed`, `by_group`
 these models are the same for both. Other keys may stand beside those that are listed.
 """
 
-from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from afferents.choices import Cut
 from afferents.documents import as_form, read_json
@@ -132,15 +131,6 @@ class Accuracies(Schema):
         """What was held out where accuracy is lowest."""
         return self.worst_speed or self.worst_group or ""
 
-    @model_validator(mode="after")
-    def _worst_is_one_of_them(self) -> Self:
-        what = "speed" if self.by_group is None else "group"
-        if self.worst not in self.by:
-            raise ValueError(f"worst_{what} must be one of by_{what}")
-        if set(self.ci95_by) != set(self.by):
-            raise ValueError(f"ci95_by_{what} must have those of by_{what}; {AGAIN}")
-        return self
-
 
 class WithInside(Accuracies):
     """Accuracy, and the same of the held-out speeds that lie between others."""
@@ -170,12 +160,6 @@ class Reliability(Schema):
     """Their mean confidence; 0 where there are none."""
     accuracy: tuple[Share, ...]
     """Share recognised; 0 where there are none."""
-
-    @model_validator(mode="after")
-    def _are_as_many(self) -> Self:
-        if not len(self.count) == len(self.confidence) == len(self.accuracy) or not any(self.count):
-            raise ValueError("count, confidence and accuracy must be as many, of samples")
-        return self
 
 
 class FirstEpoch(Schema):
@@ -386,17 +370,6 @@ class Summary(About):
         """The same as the keys of tables."""
         return [key_of(group) for group in self.held_out]
 
-    @model_validator(mode="after")
-    def _says_what_was_held_out(self) -> Self:
-        is_speed = self.split_name == SPEED.name
-        listed, by = ("speeds_mm_s", "by_speed") if is_speed else ("groups", "by_group")
-        if not getattr(self, listed):
-            raise ValueError(f"{listed} must name at least one")
-        for name, outcomes in self.models.items():
-            if any(getattr(outcome, by) is None for outcome in outcomes.values()):
-                raise ValueError(f"models.{name} must have {by}")
-        return self
-
 
 # Summaries of `--split texture`.
 
@@ -419,12 +392,6 @@ class UnknownBySpeed(ShareUnknown):
     """At the slowest and the fastest; null likewise."""
     by_speed: dict[Key, Share] = Field(min_length=1)
     """At each."""
-
-    @model_validator(mode="after")
-    def _some_lie_between(self) -> Self:
-        if self.inside is not None and len(self.by_speed) < 3:
-            raise ValueError("inside must be null where by_speed has fewer than 3")
-        return self
 
 
 class OfUnits(Schema):
@@ -477,13 +444,6 @@ class UnknownOutcome(Schema):
     n: Count
     """Samples of textures left out."""
 
-    @model_validator(mode="after")
-    def _areas_go_with_speeds(self) -> Self:
-        known = [self.auroc] + [self.auroc_inside] * (self.found.samples.inside is not None)
-        if None in chain.from_iterable((one.samples, one.recordings) for one in known):
-            raise ValueError("auroc must be a number")
-        return self
-
 
 class UnknownSummary(About):
     """`unknown.json`."""
@@ -497,13 +457,6 @@ class UnknownSummary(About):
     """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
     models: dict[str, UnknownOutcome] = Field(min_length=1)
     """By name, the outcome of a model, see below."""
-
-    @model_validator(mode="after")
-    def _knows_all_textures(self) -> Self:
-        for name, outcome in self.models.items():
-            if missing := set(self.textures) - set(outcome.by_texture):
-                raise ValueError(f"models.{name}.by_texture must have {min(missing)}")
-        return self
 
 
 class RoughnessOutcome(Schema):

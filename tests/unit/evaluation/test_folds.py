@@ -152,10 +152,7 @@ SUMMARY, FOLD = "summary.json", "folds/vib-te/nested/seed-0/10/fold.json"
 @pytest.mark.parametrize(
     ("name", "change", "said"),
     [
-        (SUMMARY, lambda c: outcome(c).pop("ci95_by_speed"), "must have those of by_speed"),
         (SUMMARY, lambda c: c.update(schema=99), "with schema: 2, found 99"),
-        (SUMMARY, lambda c: outcome(c).update(worst_speed="99"), "must be one of by_speed"),
-        (SUMMARY, lambda c: outcome(c)["reliability"]["count"].pop(), "must be as many"),
         (
             SUMMARY,
             lambda c: setitem(c["models"], "vib-te", {"by-guess": outcome(c)}),
@@ -163,7 +160,6 @@ SUMMARY, FOLD = "summary.json", "folds/vib-te/nested/seed-0/10/fold.json"
         ),
         ("config.json", lambda c: c.update(ablation={"noses": 3}), "unknown key 'ablation.noses'"),
         (FOLD, lambda c: c.update(model="a/b"), "model: "),
-        (FOLD, lambda c: c.update(held_out_mm_s=20), "found vib-te, nested, seed 0, 20 mm/s held"),
     ],
 )
 def test_what_makes_no_sense_is_named(evaluated, name, change, said):
@@ -180,18 +176,8 @@ def test_results_of_a_reproduction_lie_one_folder_below(tmp_path):
         load_results(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda t: t.drop(columns="model"), "one without the column 'model'"),
-        (lambda t: t.assign(stop_s=np.nan), "whose column 'stop_s' holds more than numbers"),
-        (lambda t: t.assign(p_a=5.0), "whose column 'p_a' holds more than probabilities"),
-        (lambda t: t.replace({"true_texture": {"b": "c"}}), "found one of 'c'"),
-    ],
-)
-def test_a_table_that_holds_no_predictions(evaluated, change, said):
+def test_a_file_that_holds_no_predictions(evaluated):
     root = evaluated("config.json", lambda _: None)
-    table = pd.read_parquet(root / "predictions.parquet")
-    change(table).to_parquet(root / "predictions.parquet")
-    with pytest.raises(InputError, match=said):
+    (root / "predictions.parquet").write_bytes(b"broken")
+    with pytest.raises(InputError, match=": expected a table of predictions, found"):
         load_results(root)
