@@ -126,4 +126,4 @@ def test_less_of_the_data_beside_all_of_it(stores, tmp_path, does, fails, evalua
     assert "--train-speeds 1" in (tmp_path / "less" / "report.html").read_text()
     command = ("evaluate", stores["video"], "--out", tmp_path / "all", "--models", "sa-se")
     assert "ablation" in fails(*command, "--preset", "quick", *options, *less)
-    assert "folders of different names" in fails("report", tmp_path / "all", tmp_path / "all")
+    assert "found one twice" in fails("report", tmp_path / "all", tmp_path / "all")
