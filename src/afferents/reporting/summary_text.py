@@ -225,9 +225,11 @@ def sureness(summary: Summary) -> str:
 
 
 def next_steps(summary: Summary) -> list[Step]:
-    """Return what to do next, the most urgent first; nothing where nothing was learnt."""
+    """Return what to do next, the most urgent first; nothing of a control, or at chance."""
     won = winner(summary)
-    return [] if won is None or nothing_learnt(summary, won) else list(_steps(summary, won))
+    if won is None or nothing_learnt(summary, won) or summary.control != "none":
+        return []
+    return list(_steps(summary, won))
 
 
 def _steps(summary: Summary, won: Winner) -> Iterator[Step]:

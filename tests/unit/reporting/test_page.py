@@ -102,6 +102,7 @@ def test_a_control_and_what_was_asked_for_are_named_wherever_numbers_stand(summa
     summary |= {"control": "permuted", "options": options, "n_used": 6}
     text, found = rendered(), S(summary)
     assert "it never learnt from, in a control: labels permuted (nested" in headline(found)
+    assert next_steps(found) == []
     assert "Not of the recordings as they are, but a control: labels permuted. " in text
     assert "<dd>--control permuted --textures a,e</dd>" in text
     assert "(9 recordings), 6 of them used · control: labels permuted" in source_line(found)
