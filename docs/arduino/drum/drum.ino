@@ -32,7 +32,7 @@ const unsigned long WATCHDOG_MS = 500;
 const unsigned long STALLED_MS = 1000;
 const int WINDOW = 20;                  // loops over which speed is measured: 0.1 s
 
-volatile long counts = 0;
+volatile long counts = 0, zero = 0;  // zero: the count at the index pulse
 volatile bool indexed = false;
 
 enum Mode { STANDING, BY_SPEED, BY_DUTY };
@@ -49,7 +49,7 @@ void onA() { counts += digitalRead(ENCODER_A_PIN) == digitalRead(ENCODER_B_PIN) 
 void onB() { counts += digitalRead(ENCODER_A_PIN) == digitalRead(ENCODER_B_PIN) ? 1 : -1; }
 
 void onIndex() {
-  if (!indexed) counts = 0;  // position is counted from the first pulse on
+  if (!indexed) zero = counts;  // position is told from the first pulse on; speed needs all counts
   indexed = true;
 }
 
@@ -124,7 +124,7 @@ void sayValue(const char *verb, float value) {
 
 void sayState() {
   char position[24], now[24], text[64];
-  dtostrf(countsNow() * MM_PER_COUNT, 1, 4, position);
+  dtostrf((countsNow() - zero) * MM_PER_COUNT, 1, 4, position);
   dtostrf(speed, 1, 3, now);
   snprintf(text, sizeof text, "state %s %s %s", position, now, fault);
   say(text);

@@ -12,6 +12,7 @@
 
 typedef uint8_t byte;
 enum { LOW, HIGH, INPUT_PULLUP, OUTPUT, CHANGE, RISING };
+static const long INDEX_AT = 500;  // counts to the index pulse, where the sketch has a pin for it
 static int duty, backwards, phase, master;
 static void (*handlers[20])();
 
@@ -86,6 +87,7 @@ int main(int, char **arguments) {
       int changed_a = (before == 0 && phase == 1) || (before == 1 && phase == 0) ||
                       (before == 2 && phase == 3) || (before == 3 && phase == 2);
       handlers[changed_a ? ENCODER_A_PIN : ENCODER_B_PIN]();
+      if (INDEX_PIN >= 0 && encoded == INDEX_AT) handlers[INDEX_PIN]();
     }
     loop();
     if (t - said > 0.02) {

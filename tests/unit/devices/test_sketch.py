@@ -79,6 +79,24 @@ def test_it_holds_its_speed_and_stops(board, drive):
     assert drive.read().position_mm == pytest.approx(board.position_mm, abs=0.2)
 
 
+def test_the_index_pulse_sets_the_position_and_leaves_the_speed(compiler, tmp_path):
+    sketch = tmp_path / "drum.ino"
+    sketch.write_text(SKETCH.read_text().replace("INDEX_PIN = -1", "INDEX_PIN = 4"))
+    running = Board(compiler(HERE / "arduino.cpp", tmp_path / "drum", f'-DSKETCH="{sketch}"'))
+    with SerialDrive(SerialDrive.Options(port=running.port, template="arduino")) as drive:
+        drive.start(50.0)
+        said_mm, speeds_mm_s = [], []
+
+        def goes_on():
+            said_mm.append(drive.read().position_mm)
+            speeds_mm_s.append(running.speed_mm_s)
+            return (np.diff(said_mm)[:-60] < -20).any()  # from there it counts anew
+
+        assert until(goes_on)
+    running.end()
+    assert max(speeds_mm_s) < 100  # of 265 at full duty
+
+
 def test_its_watchdog_stops_it(board, drive):
     drive._guard.close()  # so that nothing but the sketch itself can stop it
     drive.start(50.0)
