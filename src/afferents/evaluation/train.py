@@ -1,6 +1,6 @@
 """One model to keep and run live: trained on all speeds but one, calibrated on it, with a card."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -302,7 +302,8 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
     first = data[0].responses[0]
     if source.encoding.of_vibration:
         return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
-    sensors = [one.origin.data_set.config().get("sensor") for one in data]
+    configs = [one.origin.data_set.config() for one in data]
+    sensors = [config.get("sensor") for config in configs]
     if sensors[0] is None:
         raise InputError(
             f"{data[0].origin.source}: expected data that name their sensor, found none named"
@@ -311,14 +312,25 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
         raise InputError(
             "STORE: expected stores of one sensor, found of several; extract with one file"
         )
-    several = data[0].origin.data_set.config().get("sensors", [])
+    several = configs[0].get("sensors", [])
     if len(several) > 1:
         do = "make a session and a store of each sensor"
         raise InputError(
             f"STORE: expected recordings of one sensor, found of {', '.join(several)}{then(do)}"
         )
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
-    return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
+    attributes = [responses.attrs for one in data for responses in one.responses]
+    rests = {int(said["rest_frame"]) for said in attributes if "rest_frame" in said}
+    sensor = sensors[0] | ({"rest_frame": min(rests)} if len(rests) == 1 else {})
+    unlike = _unlike_live(configs) + (("several rest frames",) if len(rests) > 1 else ())
+    return {"sensor": sensor, "fps_hz": round(1 / step_s, 3), "unlike_live": unlike}
+
+
+def _unlike_live(configs: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Return the options with which stores were extracted and that live lacks."""
+    said = {f"--tracker {config.get('method', 'windowed')}" for config in configs}
+    said |= {f"--rest {config.get('rest', 'own')}" for config in configs}
+    return tuple(sorted(said - {"--tracker windowed", "--rest own"}))
 
 
 def train(

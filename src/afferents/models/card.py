@@ -176,7 +176,10 @@ class Card(BaseModel):
         of the evidence was the true one. Samples of one touch share its peculiarities, so evidence
         that adds up may become surer than the model ever was right.
     sensor
-        The sensor file's content, for images.
+        The sensor file's content, for images; its rest frame is that of the recordings, where they
+        share one.
+    unlike_live
+        In what its recordings were extracted otherwise than live follows markers, in words.
     fps_hz, sample_rate_hz
         Of the camera (images) or the microphone (spectra).
     learnt_from_mm_s, validated_on_mm_s, validation_accuracy
@@ -216,6 +219,7 @@ class Card(BaseModel):
     evidence_per_s: float = Field(default=1.0, gt=0)
     most_sure: Share = _unsaid(1.0)
     sensor: dict[str, Any] | None = None
+    unlike_live: tuple[str, ...] = _unsaid(())
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
     waves: None = None
@@ -313,6 +317,7 @@ class Card(BaseModel):
             *self._at_chance(),
             *self._speeds(),
             *self._limits(),
+            *self._unlike_live(),
             *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
             *self._corrupted(),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
@@ -357,6 +362,12 @@ class Card(BaseModel):
             return []
         bumps = self.textures if self.named_by_spacing else ()
         return [unseen_waves(self.sensor.get("pitch_mm"), bumps)]
+
+    def _unlike_live(self) -> list[str]:
+        """Return that live gives it other images than it learnt from, where that is so."""
+        how = " and ".join(self.unlike_live)
+        what = "live follows markers otherwise, and what was evaluated does not hold there"
+        return [f"Its recordings were extracted with {how}: {what}."] if how else []
 
 
 def _steady_sentence(steady_s: Steady) -> str:

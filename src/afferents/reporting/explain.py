@@ -466,7 +466,8 @@ def _require_fitting(
                 f"{where}: expected {learnt:g} {unit}, as {card.model} learnt from, found "
                 f"{here:g}; take data of the same sensor"
             )
-    if card.sensor is not None and found["sensor"] != card.sensor:
+    rest = {"rest_frame": 0}  # of recordings, not of the sensor
+    if card.sensor is not None and found["sensor"] | rest != card.sensor | rest:
         raise InputError(
             f"{where}: expected the sensor {card.sensor.get('name')} that {card.model} learnt "
             f"from, found another or other settings ({found['sensor'].get('name')}); take data "

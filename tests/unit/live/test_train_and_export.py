@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,9 @@ from rich.console import Console
 
 import afferents
 from afferents.errors import InputError
+from afferents.evaluation.data import open_data
+from afferents.evaluation.encode import sources_of
+from afferents.evaluation.train import felt_with
 from afferents.live import Network
 from afferents.live.network import Outcome
 from afferents.live.prediction import Counters
@@ -22,6 +26,7 @@ from afferents.models.calibrate import best_evidence, interval_of
 from afferents.models.card import read_card
 from afferents.models.confidence import fit_temperature
 from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
+from afferents.models.model import MODELS
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -34,6 +39,19 @@ def test_the_card_says_what_it_learnt_from(models):
     assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
     folder = models["ra-ste"].with_suffix("")
     assert read_card(folder / "model.json") == card
+
+
+def test_the_card_says_how_recordings_were_extracted_where_live_must_know(stores, monkeypatch):
+    (opened,) = open_data([str(stores["video"])])
+    said = {**opened.origin.data_set.config(), "method": "published", "rest": "reference"}
+    monkeypatch.setattr(type(opened.origin.data_set), "config", lambda _: said)
+    late = [one.assign_attrs(rest_frame=2) for one in opened.responses]
+    source = sources_of(MODELS["sa-se"], opened.encodings)[0]
+    felt = felt_with([replace(opened, responses=late)], source)
+    assert felt["sensor"]["rest_frame"] == 2
+    assert felt["unlike_live"] == ("--rest reference", "--tracker published")
+    felt = felt_with([replace(opened, responses=[*late, *opened.responses])], source)
+    assert felt["unlike_live"][-1] == "several rest frames"
 
 
 def test_from_python_a_model_says_what_its_file_says(models, stores):
