@@ -150,14 +150,14 @@ def _topic(
 
 
 def _messages(reader: Any, connection: Any) -> Iterator[tuple[float, Any]]:
-    """Yield a topic's messages and when each was made, s: by its header, else by the bag."""
+    """Yield a topic's messages and when each was made, s: by its header, if set, else the bag."""
     for _, at_ns, data in reader.messages(connections=[connection]):
         message = reader.deserialize(data, connection.msgtype)
         stamp = getattr(message, "timestamp", None) or getattr(
             getattr(message, "header", None), "stamp", None
         )
-        made_ns = at_ns if stamp is None else stamp.sec * NS + stamp.nanosec
-        yield made_ns / NS, message
+        made_ns = 0 if stamp is None else stamp.sec * NS + stamp.nanosec
+        yield (made_ns or at_ns) / NS, message
 
 
 def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list[float]:

@@ -29,6 +29,8 @@ from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
 
 TIME, SEQUENCE = "time_s", "sequence"
+_RATES_HZ = 1.0, 5000.0
+"""Of cameras: times at other rates are not in seconds."""
 
 
 def import_recording(
@@ -114,6 +116,7 @@ def _write(
     files: ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
 ) -> list[Check]:
     """Write a recording of a session."""
+    _require_overlap(files)
     declared = _declare(files)
     earlier = _read_earlier(files, session, declared)
     target = session / f"{texture}/{speed_mm_s:g}"
@@ -145,7 +148,7 @@ def _read_times(path: Path) -> pd.DataFrame:
     Raises
     ------
     InputError
-        If it has no times, or they do not rise.
+        If it has no times, or they do not rise, or are not in seconds.
     """
     what = f"a CSV with a column {TIME}, a row a frame"
     with reading(path, what, OSError, ValueError):
@@ -159,6 +162,11 @@ def _read_times(path: Path) -> pd.DataFrame:
         row = int(wrong[0]) + 1 if len(wrong) else 0
         raise InputError(
             f"{path}: expected times that rise, found {table[TIME].iloc[row]} in row {row + 1}"
+        )
+    low, high = _RATES_HZ
+    if not low <= (rate_hz := _rate_hz(table[TIME].to_numpy())) <= high:
+        raise InputError(
+            f"{path}: expected times in s, found {rate_hz:.3g} frames/s; are they in ms or ns?"
         )
     return table
 
@@ -231,6 +239,23 @@ def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> Non
         )
 
 
+def _sound_start_s(files: ImportedFiles) -> float:
+    return float(files.time_s[0] if files.audio_start_s is None else files.audio_start_s)
+
+
+def _require_overlap(files: ImportedFiles) -> None:
+    """Refuse sound of which nothing was taken while there were frames."""
+    if files.audio is None:
+        return
+    with reading_sound(files.audio):
+        seconds = soundfile.info(str(files.audio)).duration
+    start_s, (first_s, last_s) = _sound_start_s(files), files.time_s[[0, -1]]
+    if start_s + seconds < first_s or start_s > last_s:
+        found = f"{start_s:.3f} to {start_s + seconds:.3f} s; is --audio-start on their clock?"
+        expected = f"sound while there are frames, {first_s:.3f} to {last_s:.3f} s"
+        raise InputError(f"{files.where}: expected {expected}, found {found}")
+
+
 def _write_sound(files: ImportedFiles, target: Path) -> float:
     """Write the sound so that it and the video count from one moment; return which, s.
 
@@ -239,7 +264,7 @@ def _write_sound(files: ImportedFiles, target: Path) -> float:
     first_s = float(files.time_s[0])
     if files.audio is None:
         return first_s
-    start_s = first_s if files.audio_start_s is None else files.audio_start_s
+    start_s = _sound_start_s(files)
     if start_s <= first_s and files.audio.suffix.lower() == ".wav":
         shutil.copyfile(files.audio, target)
         return start_s

@@ -242,6 +242,13 @@ def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_pa
     assert files.audio_start_s == pytest.approx(7.025)
 
 
+def test_a_header_without_a_time_leaves_the_bags(types, tmp_path):
+    sound = list(heard(types, np.ones((2000, 1), np.int16), ROS_SOUND_STAMPED))
+    empty = [(*said, fields | {"header": stamped(types, 0)}) for *said, fields in sound]
+    bag = ros_bag(tmp_path / "bag", types, raw(types, 5), empty)
+    assert extract_files(Bag(bag), tmp_path).audio_start_s == pytest.approx(7.025)
+
+
 @pytest.mark.parametrize("kind", [ROS_SOUND, ROS_SOUND_STAMPED])
 def test_sound_that_was_lost_is_refused_and_what_comes_late_is_not(types, tmp_path, kind):
     blocks = list(heard(types, np.ones((8820, 1), np.int16), kind))

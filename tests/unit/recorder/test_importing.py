@@ -97,6 +97,7 @@ def test_missing_frames_are_refused_unless_kept(files, tmp_path, fails, run):
     [
         (lambda t: t.drop(columns="time_s"), "a column time_s"),
         (lambda t: t.iloc[::-1], "times that rise"),
+        (lambda t: t.assign(time_s=1000 * t.time_s), "expected times in s, found 0.08.* frames/s"),
         (lambda t: t.iloc[:-1], "expected 59 frames, as there are times, found 60"),
     ],
 )
@@ -105,4 +106,12 @@ def test_times_that_do_not_fit_are_refused(files, tmp_path, change, said):
     change(pd.read_csv(times)).to_csv(times)
     with pytest.raises(InputError, match=said):
         afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40)
+    assert not (tmp_path / "S").exists()
+
+
+@pytest.mark.parametrize("start_s", [0.0, 40000.0])
+def test_sound_of_another_time_is_refused(files, tmp_path, start_s):
+    video, audio, times, _ = files
+    with pytest.raises(InputError, match=r"sound while there are frames, 1000\.25"):
+        afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40, start_s)
     assert not (tmp_path / "S").exists()
