@@ -1,5 +1,6 @@
 """The session that is recorded: runs under temporary names until whole, and `session.json`."""
 
+import os
 import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -68,11 +69,15 @@ class RecordedSession:
             require_new_folder(root, "a new session")
 
     def _require_same(self) -> None:
-        before: dict[str, Any] = {k: self._content.get(k) for k in (_PLAN, "simulated")}
-        now: dict[str, Any] = {
-            _PLAN: self.plan.model_dump(mode="json"),
-            "simulated": self._simulated,
-        }
+        before: dict[str, Any] = {_PLAN: self._content.get(_PLAN)}
+        now: dict[str, Any] = {_PLAN: self.plan.model_dump(mode="json")}
+        kinds = "a session of real devices", "a rehearsal"  # which has the rig's drum in its plan
+        was = bool(self._content.get("simulated"))
+        if was != self._simulated:
+            expected, found = kinds[self._simulated], kinds[was]
+            raise InputError(
+                f"{self.root}: expected {expected}, found {found}; name another folder"
+            )
         for one in (before, now):  # more runs, or other tolerances, do not make it another session
             if isinstance(one[_PLAN], dict):
                 one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
@@ -94,7 +99,8 @@ class RecordedSession:
         Raises
         ------
         InputError
-            If devices give other rates, sizes or channels than those of the runs that are there.
+            If devices give other rates, sizes or channels than those of the runs that are there,
+            or sound to runs without it.
         """
         camera = devices.camera.settings
         sound = devices.sound
@@ -103,7 +109,7 @@ class RecordedSession:
             self.root.mkdir(parents=True, exist_ok=True)
         earlier, self._content = self._content, {
             "simulated": self._simulated,
-            "sample_rate_hz": sound.rate_hz if sound else 44100,
+            "sample_rate_hz": round(sound.rate_hz) if sound else 44100,  # as wav files have it
             "audio_channels": channels,
             "sensor_channel": self.plan.channel % channels,
             "fps_hz": camera.fps_hz,
@@ -120,9 +126,17 @@ class RecordedSession:
             "versions": {
                 "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
             },
+            "holes": self._content.get("holes", ()),
+            _SUMS: self._content.get(_SUMS, {}),
         }  # fmt: skip
         if self.finished:
             require_same_rates("the devices", self._file, earlier, self._content)
+            if (earlier.get("microphone") is None) != (sound is None):
+                expected, found = ("no sound", "some") if sound else ("sound", "no [microphone]")
+                raise InputError(
+                    f"the plan: expected {expected}, as in {self._file}, found {found}; name "
+                    "another folder"
+                )
         self._save()
         for left in sorted(self.root.glob(f"{RUNNING}-*")):
             name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
@@ -167,6 +181,7 @@ class RecordedSession:
             **more,
         }
         write_json(folder / RUN, about)
+        _sync(folder)
         target = self.root / entry.name
         with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -188,17 +203,28 @@ class RecordedSession:
         return target
 
     def _save(self) -> None:
-        """Write `session.json`; what is not finished is a hole, so that it can be read any time."""
-        finished = self.finished
-        missing = {
-            (entry.texture, entry.speed_mm_s)
-            for entry in self.plan.entries()
-            if entry.name not in finished
-        }
+        """Write `session.json`; what is not finished is a hole, so that it can be read any time.
+
+        Runs that were imported, and holes that they made, stay.
+        """
+        finished, entries = self.finished, self.plan.entries()
+        planned = {(entry.texture, entry.speed_mm_s) for entry in entries}
+        missing = {(e.texture, e.speed_mm_s) for e in entries if e.name not in finished}
+        missing |= {(str(t), float(v)) for t, v in self._content["holes"]} - planned
         about = {name: read_json(self.root / name / RUN, "a run") for name in sorted(finished)}
-        sums = {name: said.pop(_SUMS) for name, said in about.items()}
-        holes = sorted(map(list, missing))
-        write_json(self._file, {**self._content, "holes": holes, _SUMS: sums, _RUNS: about})
+        names = {entry.name for entry in entries}
+        sums = {name: its for name, its in self._content[_SUMS].items() if name not in names}
+        sums |= {name: said.pop(_SUMS) for name, said in about.items()}
+        self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
+        write_json(self._file, self._content)
+
+
+def _sync(folder: Path) -> None:
+    """Have files written to the disk: a run that is accepted outlives a power cut."""
+    for path in folder.rglob("*"):
+        if path.is_file():
+            with path.open("rb+") as file:
+                os.fsync(file.fileno())
 
 
 _DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
@@ -212,11 +238,13 @@ def require_same_rates(
     Raises
     ------
     InputError
-        Naming the first that differs; frame rates may by a tenth.
+        Naming the first that differs; frame rates may by a tenth, others in what is rounded.
     """
     for key in _DECLARED:
         one, other = before.get(key), now.get(key)
-        if one is None or other is None or abs(one - other) <= 0.1 * one * (key == "fps_hz"):
+        if one is None or other is None:
+            continue
+        if abs(one - other) <= (0.1 * one if key == "fps_hz" else 0.5):
             continue
         raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")
 
