@@ -44,34 +44,32 @@ class HostClock:
         return device_s + delay_s
 
 
-LOST_S = 0.02
-"""A clock that is off by more than this from the count tells of lost samples."""
+LOST_S = 0.2
+"""A clock that is off by more than this from the count tells of lost samples: PortAudio names most
+losses itself, and the stamps of sound servers err by tens of ms."""
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""
 
 
 class SampleClock:
-    """When samples were taken: counted at their rate, after the converter's clock.
+    """When samples were taken: counted at their rate, after the stamps of their chunks.
 
-    Converters say when a chunk was taken to some ms only; counted samples are regular.
+    Stamps err by some ms, those of a sound server by more; counted samples are regular.
     """
 
     def __init__(self, rate_hz: float) -> None:
         """Begin at the first chunk."""
         self._rate_hz = rate_hz
-        self._clock = HostClock()
         self.next_s = 0.0
         self._taken_s: float | None = None
 
-    def read(self, n: int, taken_s: float, arrived_s: float) -> float:
-        """Return when the first of the next n samples was taken, on the monotonic clock, s."""
+    def read(self, n: int, taken_s: float) -> float:
+        """Return when the first of the next n samples was taken, s; `taken_s` is their stamp."""
         first = self._taken_s is None
-        if self._taken_s is None or taken_s > self._taken_s:
-            stamp = self._clock.read(taken_s, arrived_s)
-        else:  # a converter without a clock
-            stamp = self.next_s
+        off_s = taken_s - self.next_s
+        if self._taken_s is not None and taken_s <= self._taken_s:  # a converter without a clock
+            off_s = 0.0
         self._taken_s = taken_s
-        off_s = stamp - self.next_s
-        begin_s = stamp if first or abs(off_s) >= LOST_S else self.next_s + FOLLOW * off_s
+        begin_s = taken_s if first or abs(off_s) >= LOST_S else self.next_s + FOLLOW * off_s
         self.next_s = begin_s + n / self._rate_hz
         return begin_s

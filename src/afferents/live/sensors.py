@@ -220,7 +220,7 @@ class Microphone(DeviceSource):
                 count = devices.SampleClock(self.rate_hz)
             wanted = block.samples[:, -self._n_channels :]
             samples = wanted.astype(np.float32) / FULL_SCALE
-            time_s = count.read(len(samples), block.time_s, block.time_s)
+            time_s = count.read(len(samples), block.time_s)
             yield Sound(time_s, samples, time.monotonic())
 
 

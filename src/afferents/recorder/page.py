@@ -9,6 +9,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from afferents.devices.base import Frame as Taken
+from afferents.devices.clock import SampleClock
 from afferents.devices.picture import picture_of
 from afferents.dims import RA1, SA1
 from afferents.encodings.spectra import SpectralEncoding
@@ -43,6 +44,7 @@ class RecordingPage:
         self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
         self._series = -1
         self._audio: AudioStream | None = None
+        self._count: SampleClock | None = None
         self._drawn_s = -math.inf
         self._newest: tuple[str, bytes | None] = "", None
 
@@ -79,7 +81,7 @@ class RecordingPage:
         if self._series != self._watch.series and first is not None:
             self._series = self._watch.series
             self._images.begin()
-            self._audio = None
+            self._audio = self._count = None
             self._feed(first)
         self._images.skip()
         images = None
@@ -136,7 +138,10 @@ class RecordingPage:
             block = self._watch.blocks.popleft()
             channel = self._watch.sensor_channel
             samples = (block.samples[:, [channel]] / _FULL).astype(np.float32)
-            for _ in self._audio.feed(Sound(block.time_s, samples, time.monotonic())):
+            if self._count is None or block.overflowed:
+                self._count = SampleClock(microphone.rate_hz)
+            time_s = self._count.read(len(samples), block.time_s)
+            for _ in self._audio.feed(Sound(time_s, samples, time.monotonic())):
                 pass
         if (spectrum := self._audio.spectrum()) is not None:
             amplitude, step_hz = spectrum

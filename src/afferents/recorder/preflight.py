@@ -4,8 +4,9 @@ import threading
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import siegelslopes
 
-from afferents.devices.base import Block, CameraSettings, Frame
+from afferents.devices.base import Block, CameraSettings, Frame, MicrophoneSettings
 from afferents.devices.picture import picture_of
 from afferents.files import free_bytes
 from afferents.markers.detect import detect, spacing_px
@@ -51,7 +52,7 @@ def preflight(
     checks = [check_rate(devices.camera.settings, frames, plan)]
     checks.append(_picture(devices, frames, sensor))
     if devices.microphone is not None:
-        checks += _sound(devices, blocks, plan)
+        checks += check_sound(devices.microphone.settings, blocks, plan)
     checks.append(_disk(devices, frames, n_runs * plan.total_s, session))
     return checks + check_speeds(devices, plan)
 
@@ -118,13 +119,13 @@ def check_picture(image: GreyImage, sensor: Sensor) -> Check:
     return Check("picture", passes, said, do)
 
 
-def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
-    assert devices.microphone is not None
-    settings = devices.microphone.settings
+def check_sound(settings: MicrophoneSettings, blocks: list[Block], plan: Plan) -> list[Check]:
+    """Judge whether a microphone gives the rate that it names, and its sensor's level."""
     if len(blocks) < 3:
         return [Check("microphone", False, "it gave no sound", "look at its plug")]
-    n = sum(len(block.samples) for block in blocks[:-1])
-    rate = n / (blocks[-1].time_s - blocks[0].time_s)
+    counted = np.cumsum([0, *(len(block.samples) for block in blocks[:-1])])
+    step_s, _ = siegelslopes([block.time_s for block in blocks], counted)  # some stamps may be off
+    rate = 1 / step_s
     lost = sum(block.overflowed for block in blocks)
     drift = 1e6 * (rate / settings.rate_hz - 1)
     sensor = [block.samples[:, plan.channel].astype(np.int32) for block in blocks]

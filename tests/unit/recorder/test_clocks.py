@@ -1,8 +1,15 @@
 """Clocks of sound cards: when sound was taken, and how fast they go apart from this machine's."""
 
+import json
+
 import numpy as np
 import pytest
 
+from afferents.devices import MicrophoneSettings
+from afferents.devices.base import Block
+from afferents.markers.sensor import load_sensor
+from afferents.recorder.page import RecordingPage
+from afferents.recorder.watch import Watch
 from afferents.recordings.run_log import BlockRow, sound_clock
 
 RATE_HZ, BLOCK = 44_100, 441
@@ -50,3 +57,12 @@ def test_one_block_is_enough_and_what_follows_lost_samples_says_nothing():
         for n, row in enumerate(taken)
     ]
     assert sound_clock(lost, RATE_HZ).start_s == pytest.approx(START_S, abs=1e-6)
+
+
+def test_the_page_shows_the_spectrum_of_a_sound_server():
+    watch, samples = Watch(), np.ones((BLOCK, 1), np.int16)
+    watch.microphone = MicrophoneSettings("a server's", RATE_HZ, 1)
+    taken = blocks(2.9, late=lambda n: heaps(n, 0), first_early_s=0.14)
+    watch.blocks.extend(Block(row.time_s, samples, False) for row in taken)
+    state, _ = RecordingPage(watch, load_sensor("tip_b")).newest()
+    assert "amplitude" in json.loads(state)["audio"]

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afferents.devices.base import CameraSettings, DriveState, Frame
+from afferents.devices.base import Block, CameraSettings, DriveState, Frame, MicrophoneSettings
 from afferents.recorder.plan import Plan
-from afferents.recorder.preflight import check_rate, check_speeds
+from afferents.recorder.preflight import check_rate, check_sound, check_speeds
 
 
 def planned(**more):
@@ -50,6 +50,17 @@ def test_a_camera_that_names_no_rate_is_refused_with_what_to_do():
     line = checked(math.nan, frames(90)).describe()
     assert line.startswith("NO   camera: 640 x 480 MJPG at nan frames/s, measured 90.00")
     assert "what it gives as fps_hz" in line
+
+
+def test_a_sound_server_s_stamps_are_no_wrong_rate():
+    """The first comes 0.14 s early, and one in five up to 60 ms late."""
+    rng = np.random.default_rng(0)
+    late = np.where(rng.random(150) < 0.2, rng.uniform(0, 0.06, 150), 0)
+    late[0] = -0.14
+    samples = np.full((441, 2), 1000, np.int16)
+    blocks = [Block(t, samples, False) for t in (0.01 * np.arange(150) + late).tolist()]
+    settings = MicrophoneSettings("mine", 44_100.0, 2)
+    assert all(check.passes for check in check_sound(settings, blocks, planned()))
 
 
 class Clock:
