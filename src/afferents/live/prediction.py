@@ -1,7 +1,9 @@
 """A prediction: one message a sample, with everything that says how far to trust it."""
 
+import math
+import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 State = Literal["texture", "unknown", "looking", "waiting", "stalled"]
@@ -94,3 +96,32 @@ class Prediction:
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""
         return {**asdict(self), "fresh": self.fresh}
+
+
+TOLD_S = 1.0
+"""What a source said is shown for so long: frames that follow it say nothing."""
+
+
+class Newest:
+    """The newest prediction of each name, with what was said in the last second.
+
+    Attributes
+    ----------
+    predictions
+        By name: a prediction, and when it was taken, on the monotonic clock, s.
+    """
+
+    def __init__(self) -> None:
+        """Nothing has come yet."""
+        self.predictions: dict[str, tuple[Prediction, float]] = {}
+        self._told: dict[str, tuple[tuple[str, ...], float]] = {}
+
+    def take(self, prediction: Prediction) -> None:
+        """Keep a prediction until the next of its name."""
+        name, now_s = prediction.model, time.monotonic()
+        if prediction.troubles:
+            self._told[name] = prediction.troubles, now_s
+        troubles, told_s = self._told.get(name, ((), -math.inf))
+        if now_s - told_s < TOLD_S:
+            prediction = replace(prediction, troubles=troubles)
+        self.predictions[name] = prediction, now_s

@@ -18,7 +18,7 @@ from rich.text import Text
 from afferents.dims import RA1, SA1
 from afferents.live.images import Pixels, in_colours
 from afferents.live.pipeline import LivePipeline
-from afferents.live.prediction import Prediction
+from afferents.live.prediction import Newest, Prediction
 from afferents.live.quality import Quality
 from afferents.live.reporters import ModelReporter
 from afferents.live.streams import AudioStream, VideoStream
@@ -58,7 +58,7 @@ class Screen:
     def __init__(self, pipeline: LivePipeline) -> None:
         """Nothing has come yet."""
         self._pipeline = pipeline
-        self._latest: dict[str, Prediction] = {}
+        self._shown = Newest()
         self._most_sure = {
             reporter.name: reporter.card.most_sure
             for _, reporter in pipeline.reporters
@@ -67,12 +67,13 @@ class Screen:
 
     def take(self, prediction: Prediction) -> None:
         """Keep a prediction until the next of its name."""
-        self._latest[prediction.model] = prediction
+        self._shown.take(prediction)
 
     def draw(self, console: Console) -> RenderableType:
         """Return the picture as it is now; without colours, in words alone."""
+        latest = [prediction for prediction, _ in self._shown.predictions.values()]
         if self._most_sure:
-            return Group(*(_bars(p, self._most_sure[name]) for name, p in self._latest.items()))
+            return Group(*(_bars(p, self._most_sure[p.model]) for p in latest))
         parts: list[RenderableType] = []
         video, audio = self._pipeline.video, self._pipeline.audio
         if video is not None:
@@ -82,7 +83,7 @@ class Screen:
         if audio is not None:
             parts.append(_spectrum(audio, console.width))
         parts.append(_figures([one.quality for one in (video, audio) if one is not None]))
-        parts += [Text(_line(prediction), style="dim") for prediction in self._latest.values()]
+        parts += [Text(_line(prediction), style="dim") for prediction in latest]
         return Group(*parts)
 
 

@@ -25,6 +25,7 @@ from afferents.live import (
     run,
 )
 from afferents.live.images import FrameImages
+from afferents.live.prediction import Newest, Prediction
 from afferents.live.terminal import Screen
 from afferents.live.web.snapshot import LOST, Snapshots, draw_image
 from afferents.markers.grid import Grid
@@ -132,6 +133,17 @@ def test_a_camera_that_shows_nothing_yet_is_looked_at_again(moving):
     assert "blobs of like size, found 0 in a picture that is black" in told[0].troubles[0]
     assert predictions[-1].state == "looking"
     assert pipeline.video.newest.detected.all()
+
+
+def test_what_a_source_said_is_shown_longer_than_one_frame(monkeypatch):
+    newest = Newest()
+    newest.take(Prediction("camera", "stalled", 1.0, troubles=("unplugged",)))
+    newest.take(Prediction("camera", "looking", 1.1))
+    ((shown, _),) = newest.predictions.values()
+    assert (shown.state, shown.troubles) == ("looking", ("unplugged",))
+    monkeypatch.setattr("afferents.live.prediction.TOLD_S", 0.0)
+    newest.take(Prediction("camera", "looking", 1.2))
+    assert not newest.predictions["camera"][0].troubles
 
 
 def figures(stream):

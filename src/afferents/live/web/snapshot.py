@@ -12,7 +12,7 @@ from afferents.dims import RA1, SA1
 from afferents.live.events import CameraFrame
 from afferents.live.images import FrameImages
 from afferents.live.pipeline import LivePipeline
-from afferents.live.prediction import Prediction
+from afferents.live.prediction import Newest, Prediction
 from afferents.live.quality import Quality
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
@@ -40,7 +40,7 @@ class Snapshots:
     def __init__(self, pipeline: LivePipeline) -> None:
         """Nothing has come yet."""
         self._pipeline = pipeline
-        self._predictions: dict[str, tuple[Prediction, float]] = {}
+        self._shown = Newest()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self._newest: tuple[str, bytes | None] = "", None
         self._drawn_s = -math.inf
@@ -49,7 +49,7 @@ class Snapshots:
 
     def take(self, prediction: Prediction) -> None:
         """Keep a prediction until the next of its model."""
-        self._predictions[prediction.model] = prediction, time.monotonic()
+        self._shown.take(prediction)
 
     def hello(self) -> dict[str, Any]:
         """Return what does not change: who says something, models, or none of them."""
@@ -78,7 +78,7 @@ class Snapshots:
             "repeats": self.repeats,
             "percepts": [
                 {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
-                for prediction, taken_s in list(self._predictions.values())
+                for prediction, taken_s in list(self._shown.predictions.values())
             ],
             "video": self._video(),
             "audio": self._audio(),
