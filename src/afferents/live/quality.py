@@ -98,9 +98,9 @@ class AudioQuality(Quality):
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
-        if not self.numbers:
+        if not (numbers := self.numbers):  # another thread may replace it
             return []
-        peak, rms, clipped = (self.numbers[name] for name in ("peak", "rms", "clipped"))
+        peak, rms, clipped = (numbers[name] for name in ("peak", "rms", "clipped"))
         silent = "It is silent: look at the microphone and its cable." if peak == 0 else ""
         loud = "Samples are clipped: lower the gain." if clipped > 0 else ""
         return [
@@ -185,8 +185,8 @@ class VideoQuality(Quality):
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
-        said = [*self._rate(), *self._markers(), *self._repeats()]
-        return said + ([] if self._light is None else _describe_light(self._light))
+        said, light = [*self._rate(), *self._markers(), *self._repeats()], self._light
+        return said + ([] if light is None else _describe_light(light))
 
     def _rate(self) -> list[Figure]:
         if (rate_hz := self.numbers.get("fps_hz")) is None:

@@ -150,4 +150,5 @@ class _SilenceWatch:
         self._named_s = since_s
         channel: Channel = self._stream.channel
         what = f"{channel}: nothing for {silent_s:.1f} s"
+        self._stream.quality.begin()
         return self._stream.interrupt(Trouble(channel, self._stream.now_s, what))

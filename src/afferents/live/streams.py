@@ -255,6 +255,8 @@ class AudioStream(SensorStream):
 
 MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
+SLOW = 1.12
+"""Frames in a row that are farther apart than this, on average, make RA-I too large."""
 DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
 
@@ -289,6 +291,8 @@ class VideoStream(SensorStream):
         self.newest: FrameImages | None = None
         self.images = images
         self._last_s: float | None = None
+        self._step = 1.0  # of frames in a row, in periods, over the last second
+        self._longest = SLOW if networks else math.inf  # who looks on may see slow pictures
 
     @classmethod
     def of(cls, networks: Sequence[Network]) -> Self:
@@ -310,6 +314,7 @@ class VideoStream(SensorStream):
         """Wait for the rest frame of another recording."""
         self.images.begin()
         self.newest = self._last_s = None
+        self._step = 1.0
         super().begin(event)
 
     def skip(self) -> None:
@@ -351,7 +356,7 @@ class VideoStream(SensorStream):
         late = self.is_late(picture.time_s, picture.arrived_s)
         if images is None:
             return None, []
-        if late:
+        if late or self._step > self._longest:
             super().skip()  # the networks have not seen it; RA-I has
             return images, self.report_nothing("stalled")
         predictions = [
@@ -369,5 +374,7 @@ class VideoStream(SensorStream):
         if periods > MISSING:
             self.counters.dropped += round(periods) - 1
             self.skip()
+        else:
+            self._step += (periods - self._step) / self.rate_hz
         self._last_s = time_s
         return False

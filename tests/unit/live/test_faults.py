@@ -22,7 +22,7 @@ from afferents.live import (
     stream,
 )
 from afferents.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
-from afferents.live.stream import check_sources
+from afferents.live.stream import _SilenceWatch, check_sources
 from afferents.recordings.audio import WavFile
 from afferents.recordings.session import read_session
 from afferents.store.recording import Frame
@@ -77,6 +77,15 @@ def test_a_run_of_ten_never_spans_a_missing_or_torn_frame(seeing, pictures, faul
     predictions = fed(seeing, [*pictures[:lost], *between, *pictures[lost + 1 :]])
     assert frames_of(predictions) == {*range(FIRST, lost), *range(lost + 11, 45)}
     assert getattr(predictions[-1].counters, fault) == 1
+
+
+@pytest.mark.parametrize(("slower", "stalled"), [(1.5, True), (1.05, False)])
+def test_a_camera_that_is_too_slow_gives_nothing_fresh(models, pictures, slower, stalled):
+    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
+    pipeline.video.speed = math.inf
+    slow = [p._replace(frame=p.frame._replace(time_s=slower * p.time_s)) for p in pictures]
+    last = fed(pipeline, slow)[-1]
+    assert (last.state == "stalled", last.counters.dropped) == (stalled, 0)
 
 
 def test_doubled_frames_change_nothing(seeing, models, pictures):
@@ -189,6 +198,13 @@ def test_a_silent_source_is_stalled(models, pictures):
     named = {t for p in predictions for t in p.troubles if "nothing for" in t}
     assert (len(named), predictions[-1].counters.troubles) == (1, 1)
     assert all(p.texture is None and p.probabilities == {} for p in stalled)
+
+
+def test_who_went_silent_has_no_figures(seeing):
+    watch, long_ago_s = _SilenceWatch(seeing.video), time.monotonic() - 10
+    watch.said_s, seeing.video.quality.numbers = long_ago_s, {"fps_hz": 90.0}
+    (said,) = watch.break_silence(long_ago_s)
+    assert (said.state, said.quality) == ("stalled", {})
 
 
 @pytest.mark.system  # in real time

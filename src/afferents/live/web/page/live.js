@@ -130,7 +130,7 @@ function listFaults(view, troubles) {
 
 function counted(percept, moment = true) {
   const { frames, samples, ...faults } = percept.counters;
-  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to prediction`];
+  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from memory to prediction`];
   if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of markers seen`);
   for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ").replace(n === 1 ? /s$/ : "", "")}`);
   return parts.join(" · ");

@@ -17,7 +17,7 @@ export function showRecording(recording) {
   if (recording.elapsed_s !== null) figures.push(["Time", `${recording.elapsed_s.toFixed(1)} of ${recording.run_s.toFixed(1)} s`]);
   if (recording.drive) {
     const [speed, set] = recording.drive;
-    figures.push(["Drum", speed === null ? "not read" : `${speed.toFixed(1)} of ${set.toFixed(0)} mm/s`]);
+    figures.push(["Drum", speed === null ? "not read" : `${speed.toFixed(1)} of ${set} mm/s`]);
   }
   if (recording.free_gb !== null) figures.push(["Disk", `${recording.free_gb} GB free`]);
   $("recording").querySelector("dl").replaceChildren(...figures.map(([name, value]) => {
