@@ -19,9 +19,13 @@ from afferents.live.sensors import Camera, Microphone
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
-from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, session_file
-from afferents.recordings.video import open_video
+from afferents.recordings.layouts import AUDIO, VIDEO, video_in, video_of
+from afferents.recordings.session_file import (
+    SESSION_FILE,
+    SESSION_TOML,
+    SessionFile,
+    session_file,
+)
 from afferents.rig.config import Rig
 from afferents.rig.sensor_rig import rig_of
 from afferents.store.recording import Video
@@ -142,15 +146,23 @@ def _parted(source: str) -> tuple[str, str]:
 
 
 def _clip(name: str) -> Video:
-    return open_video(recorded(Path(name), VIDEO))
+    """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
+    path = Path(name)
+    path = (video_in(path) if path.is_dir() else None) or recorded(path, VIDEO)
+    return video_of(path, _declared(path))
 
 
 def _wav(path: Path) -> WavFile:
-    """Return the sensor's channel, as the session says in which the file lies; else the last."""
+    """Return the sensor's channel, as its session says; else the last."""
+    return WavFile(path, _declared(path).channel)
+
+
+def _declared(path: Path) -> SessionFile:
+    """Return what the session says in which a file lies; where there is none, no channel."""
     for folder in path.absolute().parents:
         if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
-            return WavFile(path, session_file(folder).channel)
-    return WavFile(path, -1)
+            return session_file(folder)
+    return SessionFile(sensor_channel=None)
 
 
 def _camera(name: str, wanted: Wanted, exposure_ms: float | None) -> Camera:

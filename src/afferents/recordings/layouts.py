@@ -68,10 +68,10 @@ def _folders(parent: Path) -> list[Path]:
 
 
 def _is_recorded(folder: Path) -> bool:
-    return _video_in(folder) is not None or (folder / AUDIO).is_file()
+    return video_in(folder) is not None or (folder / AUDIO).is_file()
 
 
-def _video_in(folder: Path) -> Path | None:
+def video_in(folder: Path) -> Path | None:
     """Return the folder's video, in whatever container, or of images."""
     usual = folder / VIDEO
     if usual.is_file():  # most are
@@ -94,13 +94,13 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
         where = root / texture / speed
         raise InputError(f"{where}: expected a folder named by its speed in mm/s, found '{speed}'")
     again = {"repetition": repetition[0]} if repetition else {}
-    video, audio = _video_in(folder), folder / AUDIO
+    video, audio = video_in(folder), folder / AUDIO
     return Recording(
         name="/".join((texture, speed, *repetition)),
         texture=texture,
         speed_mm_s=float(speed),
         source=folder,
-        video=_video(video, declared) if video else None,
+        video=video_of(video, declared) if video else None,
         audio=WavFile(audio, declared.channel) if audio.is_file() else None,
         steady_s=declared.steady_s,
         conditions={"direction": declared.direction, **declared.conditions, **again},
@@ -109,7 +109,7 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
     )
 
 
-def _video(path: Path, declared: SessionFile, own_hz: float | None = None) -> Video:
+def video_of(path: Path, declared: SessionFile, own_hz: float | None = None) -> Video:
     """Return a video, or a folder of images as one; `own_hz` is what is said of it alone."""
     if not path.is_dir():
         return VideoFile(path, own_hz or (declared.fps_hz if declared.fps_overrules else None))
@@ -224,7 +224,7 @@ def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile)
         texture=entry.texture,
         speed_mm_s=entry.speed_mm_s,
         source=root / entry.file,
-        video=_video(video, declared, entry.fps_hz) if video else None,
+        video=video_of(video, declared, entry.fps_hz) if video else None,
         audio=WavFile(audio, declared.channel) if audio else None,
         steady_s=entry.steady_s or declared.steady_s,
         conditions={**direction, **declared.conditions, **repetition, **entry.conditions},

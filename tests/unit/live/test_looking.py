@@ -287,6 +287,19 @@ def test_a_replay_is_heard_on_the_channel_that_its_session_names(tmp_path, decla
     np.testing.assert_array_equal(pieces, samples[:, [heard]])
 
 
+def test_a_replay_takes_the_video_and_the_rate_that_its_session_declares(tmp_path, make_video):
+    folder = tmp_path / "S" / "3" / "50"
+    folder.mkdir(parents=True)
+    make_video(folder / "video.mkv", np.zeros(12))
+    said = "fps_hz = 45.0\nfps_overrules = true\n"
+    (tmp_path / "S" / "session.toml").write_text(said)
+    wanted = Wanted(frozenset({"video"}))
+    (source,) = open_sources(f"replay:{folder}", None, wanted, speed=math.inf)
+    times_s = [event.time_s for event in source.events()]
+    np.testing.assert_allclose(np.diff(times_s), 1 / 45, atol=1e-6)
+    assert (len(times_s), source.rate_hz) == (12, 45)
+
+
 def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_video, tmp_path):
     clip = session / "2" / "40" / "video.mp4"
     small = tmp_path / "small.toml"
