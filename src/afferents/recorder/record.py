@@ -339,6 +339,10 @@ class Recorder:
             attempt += not self.watch.wants_redo
             again = "recorded again" if attempt <= self.plan.redo + 1 else "kept aside"
             self._note(f"{entry.name}: {why}; {again}")
+        if entry.name in self._kept.finished:
+            why += "; the earlier one stays"
+            self._note(f"{entry.name}: the earlier one stays")
+            self.watch.stays()
         outcome.kept_aside[entry.name] = why
         return True
 
@@ -366,6 +370,7 @@ class Recorder:
                     "command then goes on; what is finished is kept"
                 ) from error
             if not isinstance(error, RedoAskedError):  # else the drum's positions count on
+                self.watch.lost(str(error))
                 devices.reopen(self.watch.heed, self._note)
                 kept.open()
             return str(error)

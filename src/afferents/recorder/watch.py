@@ -126,6 +126,14 @@ class Watch:
         """Count a run no more: it is made once more."""
         self._done -= 1
 
+    def stays(self) -> None:
+        """Count the earlier run: no attempt to make it once more was good enough."""
+        self._done += 1
+
+    def lost(self, why: str) -> None:
+        """Say that the run broke off, and that devices are waited for."""
+        self._elapsed_s, self._say = None, f"{self._name}: waiting for the devices: {why}"
+
     def note(self, text: str) -> None:
         """Keep a sentence for a while."""
         self._notes.append(text)

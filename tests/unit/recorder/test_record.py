@@ -243,11 +243,12 @@ def test_there_must_be_room_for_what_is_still_missing(begin, tmp_path, monkeypat
 
 
 def test_an_unplugged_device_is_waited_for(begin, tmp_path, monkeypatch):
-    tried, opened = [], SimulatedCamera.open
+    tried, said, opened = [], [], SimulatedCamera.open
 
     def open_late(camera):
         tried.append(camera)
         if len(tried) in (2, 3, 4):
+            said.append(recorder.watch.state()["say"])
             raise InputError(f"there is no camera, try {len(tried) // 3}")
         opened(camera)
 
@@ -255,6 +256,7 @@ def test_an_unplugged_device_is_waited_for(begin, tmp_path, monkeypatch):
     monkeypatch.setattr("afferents.recorder.devices.AGAIN_S", 0.0)
     recorder = begin(redo=1, camera="unplugged_at = 90")
     assert made(recorder, tmp_path / "S").recorded == [RUN]
+    assert all(one.startswith(f"{RUN}: waiting for the devices: ") for one in said)
     notes = [note for note in recorder.watch.state()["notes"] if "no camera" in note]
     assert [note[:27] for note in notes] == [f"there is no camera, try {n}; " for n in (0, 1)]
     del tried[1:]
@@ -290,8 +292,11 @@ def test_once_more_opens_no_device_anew_and_is_not_lost_at_the_end(begin, tmp_pa
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
     before = (tmp_path / "S" / RUN / "frames.csv").read_bytes()
-    refused = made(begin(redo=0, camera="lost = [40, 41, 42]"), tmp_path / "S", again=[RUN])
+    recorder = begin(redo=0, camera="lost = [40, 41, 42]")
+    refused = made(recorder, tmp_path / "S", again=[RUN])
     assert (refused.recorded, [*refused.kept_aside]) == ([], [RUN])
+    assert refused.kept_aside[RUN].endswith("; the earlier one stays")
+    assert recorder.watch.state()["done"] == 1
     assert (tmp_path / "S" / RUN / "frames.csv").read_bytes() == before
     outcome = made(begin(), tmp_path / "S", again=[RUN])
     assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
