@@ -30,6 +30,8 @@ class Reporter:
         Among which it decides; none without a model.
     truth
         What is touched, where the source knows.
+    spoke
+        Whether it has said anything.
     """
 
     textures: Sequence[str] = ()
@@ -38,6 +40,7 @@ class Reporter:
         """Start without troubles."""
         self.name = name
         self.truth: str | None = None
+        self.spoke = False
         self._counters, self._quality = counters, quality
         self._troubles: list[str] = []
 
@@ -87,6 +90,7 @@ class Reporter:
         return self._predict(state, time_s)
 
     def _predict(self, state: State, time_s: float, **found: Any) -> Prediction:
+        self.spoke = True
         troubles, self._troubles = tuple(self._troubles), []
         return Prediction(
             model=self.name,

@@ -48,7 +48,8 @@ def stream(
     ------
     Prediction
         At every frame and every stride of the vibration; where none comes, every half second
-        that there is none, and why. Stop early by closing the generator.
+        that there is none, and why; at least one of each model. Stop early by closing the
+        generator.
 
     Raises
     ------
@@ -75,6 +76,9 @@ def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Predictio
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
                 for event in heapq.merge(*events, key=attrgetter("time_s")):
                     yield from pipeline.feed(event)
+        for stream in pipeline.by_channel.values():  # it ended before there was enough
+            silent = [reporter for reporter in stream.reporters if not reporter.spoke]
+            yield from (reporter.report_nothing("waiting", stream.now_s) for reporter in silent)
 
 
 def check_sources(sources: Sequence[Source], pipeline: LivePipeline) -> None:

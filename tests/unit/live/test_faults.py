@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+import soundfile
 
 from afferents.errors import InputError
 from afferents.live import (
@@ -161,6 +162,12 @@ def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
     ]
     both.video.speed = math.inf
     assert all(p.fresh for p in fed(both, pictures))
+
+
+def test_sound_shorter_than_a_window_ends_with_a_word(models, tmp_path):
+    soundfile.write(tmp_path / "short.wav", np.zeros((4000, 2)), 8000)
+    source = ReplayedSound(WavFile(tmp_path / "short.wav"), Pace(math.inf))
+    assert [p.state for p in stream([source], [models["vib-te-aug"]])] == ["waiting"]
 
 
 class Stopping:
