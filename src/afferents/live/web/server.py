@@ -3,7 +3,6 @@
 import asyncio
 import hmac
 import json
-import socket
 import sys
 import threading
 import time
@@ -87,58 +86,6 @@ def serve(
             snapshots.ended = None
             asked.clear()
             predictions = again()
-
-
-def server_of(
-    shown: Shown,
-    host: str,
-    port: int,
-    token: str | None,
-    request: Callable[[str], bool] | None = None,
-) -> tuple[Any, socket.socket]:
-    """Return a server that shows something, not running yet, and its door.
-
-    Parameters
-    ----------
-    request
-        Does what a visitor asks, and tells whether it can be done; None where nothing can be asked.
-
-    Raises
-    ------
-    InputError
-        As `page_beside`.
-    """
-    check_address(host, token)
-    import uvicorn  # it and what serves a page take half a second to import
-
-    from afferents.live.web.guard import ANSWERED_S, TimedConnection, count_places  # of uvicorn's
-
-    door = open_door(host, port)
-    config = uvicorn.Config(
-        application(shown, host, token, request),
-        loop="asyncio",
-        http=partial(TimedConnection, count_places(), ANSWERED_S),  # type: ignore[arg-type]
-        ws="websockets-sansio",
-        backlog=16,  # so many are taken at once before the first is counted
-        h11_max_incomplete_event_size=1 << 14,
-        ws_max_size=1 << 10,  # visitors have nothing to say
-        ws_ping_interval=10.0,  # who takes nothing is cut off
-        ws_ping_timeout=10.0,
-        ws_per_message_deflate=False,  # pictures are compressed already
-        log_config=None,
-        log_level="error",
-        access_log=False,
-        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
-    )
-    return uvicorn.Server(config), door
-
-
-def say_where(host: str, door: socket.socket, token: str | None) -> None:
-    """Print the page's address."""
-    shown = f"[{host}]" if ":" in host else host
-    query = "" if token is None else f"/?token={quote(token, safe='')}"
-    sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
-    sys.stderr.flush()
 
 
 def application(
@@ -279,13 +226,38 @@ def page_beside(
         If the address is not this machine's own and there is no token; if it is taken; if
         packages are missing.
     """
-    server, door = server_of(shown, host, port, token, request)
+    check_address(host, token)
+    import uvicorn  # it and what serves a page take half a second to import
+
+    from afferents.live.web.guard import ANSWERED_S, TimedConnection, count_places  # of uvicorn's
+
+    door = open_door(host, port)
+    config = uvicorn.Config(
+        application(shown, host, token, request),
+        loop="asyncio",
+        http=partial(TimedConnection, count_places(), ANSWERED_S),  # type: ignore[arg-type]
+        ws="websockets-sansio",
+        backlog=16,  # so many are taken at once before the first is counted
+        h11_max_incomplete_event_size=1 << 14,
+        ws_max_size=1 << 10,  # visitors have nothing to say
+        ws_ping_interval=10.0,  # who takes nothing is cut off
+        ws_ping_timeout=10.0,
+        ws_per_message_deflate=False,  # pictures are compressed already
+        log_config=None,
+        log_level="error",
+        access_log=False,
+        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
+    )
+    server = uvicorn.Server(config)
     thread = threading.Thread(
         target=partial(server.run, sockets=[door]), name="afferents-page", daemon=True
     )
+    query = "" if token is None else f"/?token={quote(token, safe='')}"
+    address = f"[{host}]" if ":" in host else host
     with one_line_errors():
         thread.start()
-        say_where(host, door, token)
+        sys.stderr.write(f"Page: http://{address}:{door.getsockname()[1]}{query}\n")
+        sys.stderr.flush()
         try:
             yield
         finally:
