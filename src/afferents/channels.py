@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -142,14 +142,20 @@ class Channel(ABC):
         return type(self).step is not Channel.step or self.made_of == dims.RA2
 
     def __eq__(self, other: object) -> bool:
-        """Channels of one class are the same, also after they went to another process."""
-        return type(self) is type(other)
+        """Channels of one class that were made alike are the same, in another process as well."""
+        return type(self) is type(other) and _held(self) == _held(other)
 
     def __hash__(self) -> int:
         return hash(type(self))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}()"
+        held = ", ".join(f"{name}={value!r}" for name, value in _held(self).items())
+        return f"{type(self).__name__}({held})"
+
+
+def _held(channel: object) -> dict[str, Any]:
+    """Return what a channel was made with, by name; arrays as lists, which compare."""
+    return {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in vars(channel).items()}
 
 
 # SA-I: how far each marker stands from its place at rest (Eq. 1).
@@ -824,8 +830,17 @@ def name_of_channel(channel: Channel) -> str:
     Raises
     ------
     InputError
-        If it is somebody's own and can't be imported.
+        If it is somebody's own and can't be imported, or needs to be told something.
     """
     if CHANNELS.get(channel.name) == channel:
         return channel.name
+    try:
+        is_made_so = type(channel)() == channel
+    except TypeError:
+        is_made_so = False
+    if not is_made_so:
+        expected = "one that can be made again without arguments"
+        raise InputError(
+            f"channel: expected {expected}, found {channel!r}; write a class that holds them"
+        )
     return reference_of(type(channel))

@@ -17,6 +17,7 @@ from afferents.errors import InputError
 from afferents.evaluation.results import (
     CONFIG,
     OPTIONS,
+    OWN_MODELS,
     PREDICTIONS,
     PROBABILITY,
     read_config,
@@ -265,7 +266,9 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
 def _foreign(results: Path) -> bool:
     """Say whether a folder without finished folds holds other than what a run leaves at first."""
     names = (path.name for path in results.iterdir())
-    return any(not (n in (PLAN, FOLDS, LOCK) or n.startswith(PARTIAL_PREFIX)) for n in names)
+    return any(
+        not (n in (PLAN, FOLDS, LOCK, OWN_MODELS) or n.startswith(PARTIAL_PREFIX)) for n in names
+    )
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,15 +10,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from afferents.channels import channel_of
+from afferents.channels import CHANNELS, channel_of
 from afferents.documents import read_json
 from afferents.encodings.base import Encoding
-from afferents.encodings.settings import Encodings
+from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, Origin, recordings_in
 from afferents.evaluation.encode import require_for, sources_of
+from afferents.evaluation.fold_files import FOLD, FOLDS
 from afferents.evaluation.options import EvaluationOptions
-from afferents.evaluation.results import OPTIONS
+from afferents.evaluation.results import OPTIONS, OWN_MODELS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.evaluation.summary import data_quality
 from afferents.files import checksum, write_json
@@ -108,27 +109,30 @@ def lengths_kept(own_models: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
 
 # Models of a user's own in a results folder: one name must stand for one model.
 
-OWN_MODELS = "own_models.json"
-
 
 def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
     """Return what tells a model from another of its name, as far as it can be put down."""
     encoding, classifier = encodings.of(model.encoding), model.classifier
     where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
+    channel = channel_of(model.channel)
+    own = {repr(channel): type(channel)} if CHANNELS.get(channel.name) != channel else {}
+    if ENCODINGS.get(encoding.name) is not type(encoding):
+        own[encoding.name] = type(encoding)
     return {
         "title": model.title,
-        "channel": channel_of(model.channel).name,
+        "channel": channel.name,
         "encoding": encoding.describe(),
         "classifier": where if callable(classifier) else repr(classifier),
         "source": _source_of(classifier if callable(classifier) else type(classifier)),
         "recipe": model.recipe,
         "stretched": model.stretched,
         **({"variant_of": model.variant_of} if model.variant_of else {}),
+        **({"own": {name: _source_of(kind) for name, kind in own.items()}} if own else {}),
     }
 
 
 def _source_of(maker: Any) -> str:
-    """Return what tells the file in which a classifier is written from another; empty of none."""
+    """Return what tells the file in which something is written from another; empty of none."""
     try:
         return checksum(Path(inspect.getsourcefile(maker) or ""))
     except (TypeError, OSError):
@@ -155,12 +159,15 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
     Raises
     ------
     InputError
-        If a name stood for another model before.
+        If a name stood for another model before, of which a fold was learnt or begun.
     """
     kept = own_kept(results)
     for model in own_of(models):
         found = describe(model, encodings)
-        if kept.setdefault(model.name, found) != found:
+        files = (results / FOLDS / model.name).rglob("*")
+        begun = any(path.name == FOLD or path.suffix == ".checkpoint" for path in files)
+        earlier, kept[model.name] = kept.get(model.name, found), found
+        if begun and earlier != found:
             raise InputError(
                 f"{results}: expected results of the model '{model.name}' as it is now, found "
                 "those of another that had its name; give it another name, or choose another "

@@ -36,6 +36,8 @@ from afferents.plugins import import_extra
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 OPTIONS = "options"
 """In the configuration: what was chosen in the last run, which `--config` takes again."""
+OWN_MODELS = "own_models.json"
+"""What models of a user's own are."""
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"

@@ -116,7 +116,8 @@ def test_a_digest_tells_configurations_and_not_where_data_lie():
 
 
 def test_a_folder_of_something_else_is_refused_and_checking_claims_nothing(tmp_path):
-    for name in ("plan.json", ".partial-plan.json-1", ".partial-config.json-2"):  # of a killed run
+    killed = ("plan.json", "own_models.json", ".partial-plan.json-1", ".partial-config.json-2")
+    for name in killed:
         (tmp_path / name).touch()
     fold_files.check_results_folder(tmp_path, {"cut": "all"})
     fold_files.check_results_folder(tmp_path / "r", {"cut": "all"})

@@ -12,7 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from afferents.channels import Ra1, name_of_channel
+from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
+from afferents.evaluation import recipe
 from afferents.evaluation.results import PROBABILITY
 from afferents.plugins import named
 from afferents.recordings.data_sets import DATA_SETS
@@ -167,3 +170,30 @@ def test_nothing_in_the_package_asks_which_one_it_is():
         if asking.search(line)
     ]
     assert found == []
+
+
+def test_channels_that_were_made_otherwise_are_others():
+    class Scaled(Ra1):
+        def __init__(self, by):
+            self.by = np.array(by)
+
+    assert Scaled([1, 2]) == Scaled([1, 2]) != Scaled([1, 3])
+    assert hash(Scaled([1])) == hash(Scaled([1]))
+    with pytest.raises(InputError, match=r"without arguments, found Scaled\(by=\[1, 2\]\)"):
+        name_of_channel(Scaled([1, 2]))
+
+
+def test_a_model_whose_channel_or_encoding_changes_is_another(tmp_path, monkeypatch):
+    def keep(by):
+        monkeypatch.setattr(recipe, "checksum", lambda path: f"{path.name} {by}")
+        recipe.keep_own_models(tmp_path, [named(f"{OWN}:mine")], Encodings())
+
+    keep(1)
+    keep(2)  # it has learnt nothing yet
+    (tmp_path / "folds" / "all-mine").mkdir(parents=True)
+    (tmp_path / "folds" / "all-mine" / "20.checkpoint").touch()
+    keep(2)
+    kept = json.loads((tmp_path / "own_models.json").read_text())["all-mine"]
+    assert kept["own"] == {"Height()": "own_parts.py 2", "columns": "own_parts.py 2"}
+    with pytest.raises(InputError, match="found those of another that had its name"):
+        keep(3)
