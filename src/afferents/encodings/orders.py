@@ -174,10 +174,13 @@ class _Bands:
         self._first = np.clip(np.round((frequencies - half) / step), 0, len(axis) - 1).astype(int)
         last = np.clip(np.round((frequencies + half) / step), 0, len(axis) - 1).astype(int)
         self._stop = np.maximum(last, self._first) + 1
+        self._edges = np.stack([self._first, self._stop], axis=1).ravel()
 
     def means(self, spectra: NDArray[Any]) -> NDArray[Any]:
-        """Return the means of spectra (channel, frequency) over the bands."""
-        sums = np.zeros((len(spectra), spectra.shape[1] + 1), spectra.dtype)
-        np.cumsum(spectra, axis=1, out=sums[:, 1:])
-        total = sums[:, self._stop] - sums[:, self._first]
+        """Return the means of spectra (channel, frequency) over the bands.
+
+        Each band is summed by itself: a difference of running sums loses what is faint.
+        """
+        padded = np.pad(spectra, ((0, 0), (0, 1)))  # so that a band may stop at the end
+        total = np.add.reduceat(padded, self._edges, axis=1)[:, ::2]
         return np.asarray(total / (self._stop - self._first))

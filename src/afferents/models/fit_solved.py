@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.encodings.samples import Samples, labels_of, textures_of
-from afferents.errors import InputError
+from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import SPEED, Split
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.base import Classifier, FitData, Solved
@@ -149,6 +149,12 @@ def fit_solved(task: Fitting) -> Fitted:
         learnt, fused, classifier = [one], one.tested, one.classifier
         facts = {"penalty": one.penalty}
         accuracy, ask = one.accuracy, partial(_probabilities, one.classifier, lead.samples)
+    if not np.isfinite(fused).all():
+        found = "some that are infinite or no numbers"
+        raise AfferentsError(
+            f"{model.name}: expected log-probabilities of the test samples, found {found}; look at "
+            "the samples with afferents.samples"
+        )
     facts |= solved_facts(lead.fold, len(learnt[0].learnt_from), accuracy)
     speed = _speeds(learnt[0].classifier, lead.samples, lead.fold.test, fused.argmax(axis=1))
     return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts, ask)

@@ -37,6 +37,11 @@ def orders(speed, how=HOW, **changes):
     return how.samples(vibration, slice(0, len(vibration)))
 
 
+def test_a_tone_without_noise_leaves_numbers_everywhere():
+    tone = slide(20.0).copy(data=1e6 * np.sin(np.arange(4000) / 4)[:, None].astype(np.float32))
+    assert np.isfinite(HOW.samples(tone, slice(0, 4000)).values).all()
+
+
 def lines_of(samples):
     """Return the frequencies of the three highest peaks."""
     power, frequency = samples.values[0, 0], samples["frequency"].values

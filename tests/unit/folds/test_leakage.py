@@ -16,6 +16,7 @@ from afferents.folds.splits import (
     find_leaks,
     refuse_leaks,
 )
+from afferents.models.fitted import Fitted, ask_alone
 from afferents.models.orders import OrderSearch
 
 NONE = np.empty(0, dtype=int)
@@ -108,6 +109,25 @@ def test_a_model_that_goes_by_the_samples_tested_is_refused(stores, tmp_path):
     facts = next((tmp_path / "q").rglob("fold.json"))
     assert json.loads(facts.read_text())["prediction_ms"] > 0
     assert not any(found.summary["models"]["honest"]["nested"]["leaks"].values())
+
+
+def test_what_rounding_does_to_samples_that_are_all_alike_is_no_leak():
+    probabilities = np.full((8, 2), 0.5, np.float32)
+    fitted = Fitted(None, probabilities, None, {}, lambda index: probabilities[index] + 1e-7)
+    assert ask_alone("silence", fitted, np.arange(8))["prediction_ms"] >= 0
+
+
+class SaysNoNumbers(OrderSearch):
+    name = "says-no-numbers"
+
+    def scores(self, values, speed_mm_s=None):
+        return super().scores(values) * np.nan
+
+
+def test_probabilities_that_are_no_numbers_are_not_kept(stores, tmp_path):
+    mine = Model("mine", channel="ra2", encoding="orders", classifier=SaysNoNumbers)
+    with pytest.raises(AfferentsError, match="found some that are infinite or no numbers"):
+        evaluate(stores["audio"], tmp_path / "r", mine, window_s=1, quiet=True, workers=1)
 
 
 def test_a_model_that_nobody_tells_the_speed_is_not_given_it(stores, tmp_path):
