@@ -30,7 +30,7 @@ def test_each_line_of_help_is_a_sentence(name):
 def test_what_is_wrong_is_said_in_python_s_words(tmp_path, stores):
     with pytest.raises(InputError, match="--frames: expected models that it is for"):
         afferents.evaluate(stores["video"], tmp_path / "r", "sa-se", frames=5, quiet=True)
-    with pytest.raises(InputError, match="frame: expected models that it is for"):
+    with pytest.raises(InputError, match="frame: expected an option, or a field of an enc"):
         afferents.samples(stores["video"], "sa1", "spatiotemporal", frame=5, quiet=True)
     taken = afferents.Model("ra-se", channel="sa1", encoding="spatial", classifier="ridge")
     with pytest.raises(InputError, match="a name that no model of this package has, found 'ra-se'"):

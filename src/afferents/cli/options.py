@@ -227,7 +227,7 @@ def _own_models(arguments: Sequence[str]) -> Iterator[Any]:
             except InputError:  # which reading the options says in better words
                 continue
             listed = content.get("models", content.get("model", ""))
-            names = listed if isinstance(listed, str) else ",".join(map(str, listed))
+            names = ",".join(map(str, listed)) if isinstance(listed, list) else str(listed)
         elif flag.removeprefix("--") not in ("models", "model"):  # --set models=FILE.py:NAME
             continue
         own = [name for name in names.split(",") if ":" in name]

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from afferents import dims
@@ -20,6 +21,9 @@ from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
 from afferents.progress import Progress
 from afferents.store.responses import Responses, labelled, read_whole, speed_of
+
+_SAME_RATE = 0.05
+"""Frame rates may differ by this share: clocks of cameras do, and frames are dropped."""
 
 
 class Source(NamedTuple):
@@ -131,6 +135,9 @@ def require_for(option: str, is_for: Callable[[Model], bool], models: Sequence[M
     """
     if not any(map(is_for, models)):
         able = ", ".join(name for name, model in MODELS.items() if is_for(model))
+        if not able:
+            expected = "an option, or a field of an encoding of the models asked for"
+            raise InputError(f"{option}: expected {expected}, found neither; is it misspelt?")
         names = ", ".join(model.name for model in models)
         raise InputError(
             f"{option}: expected models that it is for ({able}), found {names}; leave it out"
@@ -247,7 +254,14 @@ def encode_all(
     ablation: Ablation | None = None,
     corruption: Corruption | None = None,
 ) -> Samples:
-    """Encode every recording and join the samples; see `encode`."""
+    """Encode every recording and join the samples; see `encode`.
+
+    Raises
+    ------
+    InputError
+        As `kept_part`; if frames of one recording follow each other faster than those of another.
+    """
+    _require_one_frame_rate(recordings, source)
     label = f"encoding {source.channel.name} {source.encoding.name}"
     return concatenate(
         [
@@ -255,6 +269,25 @@ def encode_all(
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )
+
+
+def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> None:
+    """Refuse to mix frame rates: a change from frame to frame, or so many frames, mean others."""
+    first_s: float | None = None
+    for responses in recordings:
+        if (
+            dims.TIME not in responses[source.channel.made_of].dims
+            or responses.sizes[dims.TIME] < 2
+        ):
+            continue
+        period_s = float(np.median(np.diff(responses[dims.TIME].values)))
+        first_s = first_s or period_s
+        if abs(period_s / first_s - 1) > _SAME_RATE:
+            raise InputError(
+                f"recording {responses.attrs['name']}: expected {1 / first_s:.4g} frames/s, as in "
+                f"the other recordings, found {1 / period_s:.4g}; evaluate those of one frame rate "
+                "together"
+            )
 
 
 def encode_variants(

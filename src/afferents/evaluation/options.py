@@ -34,7 +34,7 @@ from afferents.choices import (
     flag_of,
 )
 from afferents.documents import reason_in
-from afferents.errors import InputError
+from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
@@ -43,7 +43,7 @@ from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import Model, names_in
 from afferents.store.trimming import Steady, parse_steady, steady_in, written
 
-_SEEDS = 2**32
+_Seed = Annotated[int, Field(ge=0, lt=2**32)]
 _ELSEWHERE = frozenset({
     "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
     "device", "precision",
@@ -51,13 +51,18 @@ _ELSEWHERE = frozenset({
 """What a report says in lines of their own, or need not say: it changes no number."""
 
 
-def _names(given: str | Iterable[str]) -> tuple[str, ...]:
-    parts = given.split(",") if isinstance(given, str) else given
+def _several(given: Any) -> Any:
+    """Return a number as a list of one, as a file may give it; all else as it is."""
+    return [given] if isinstance(given, int | float) else given
+
+
+def _names(given: str | float | Iterable[Any]) -> tuple[str, ...]:
+    parts = given.split(",") if isinstance(given, str) else _several(given)
     return tuple(str(part).strip() for part in parts)
 
 
-def _speeds(given: str | Iterable[float]) -> tuple[float, ...]:
-    return parse_speeds(given) if isinstance(given, str) else tuple(map(float, given))
+def _speeds(given: str | float | Iterable[float]) -> tuple[float, ...]:
+    return parse_speeds(given) if isinstance(given, str) else tuple(map(float, _several(given)))
 
 
 def _conditions(given: Mapping[str, str] | Iterable[str]) -> dict[str, str]:
@@ -140,6 +145,10 @@ class TrainingOptions(BaseModel):
                 f"{flag_of(str(fault['loc'][0]))}: expected {reason_in(fault)}, found "
                 f"{fault['input']!r}"
             ) from None
+        except (AttributeError, TypeError) as error:
+            raise InputError(
+                f"the options: expected values of the kind that each takes, found {raised(error)}"
+            ) from error
 
     @field_validator("recipe", mode="before")
     @classmethod
@@ -227,9 +236,9 @@ class EvaluationOptions(TrainingOptions):
     """'nested': the held-out speed is unseen until the test. 'published', as in the paper's code:
     half of it selects the model (leaky), and spectra are scaled and stretched otherwise. Or
     'both'."""
-    seed: int = Field(default=0, ge=0, lt=_SEEDS)
+    seed: _Seed = 0
     """First random seed."""
-    seeds: tuple[int, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)
+    seeds: tuple[_Seed, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)
     """How many seeds each model is trained with (default: 1).
 
     In Python it may also be said which: ``seeds=(3, 5)``.
@@ -285,7 +294,7 @@ class EvaluationOptions(TrainingOptions):
                 raise InputError(f"--seeds: expected how many seeds, 1 or more, found '{given}'")
             first = info.data.get("seed", 0)
             return tuple(range(first, first + count))
-        return tuple(given)
+        return tuple(dict.fromkeys(_several(given)))
 
     @field_validator("held_out", mode="before")
     @classmethod
@@ -293,12 +302,22 @@ class EvaluationOptions(TrainingOptions):
         split = split_named(info.data.get("split", SPEED.name))
         if isinstance(given, str):
             given = parse_speeds(given, "--held-out") if split == SPEED else _names(given)
-        return split.read(given, "--held-out")
+        return split.read(_several(given), "--held-out")
 
     @model_validator(mode="after")
     def _check_shares(self) -> Self:
         self.ablation  # noqa: B018  refuses shares and numbers that make no sense
         return self
+
+    def given(self) -> dict[str, Any]:
+        """Return the same ready for JSON; seeds in a row as a number, so that the first may change.
+
+        What stands in a file is asked for again with another `seed` beside it.
+        """
+        written_out, n = super().given(), len(self.seeds)
+        if "seeds" in written_out and self.seeds == tuple(range(self.seed, self.seed + n)):
+            written_out["seeds"] = n
+        return written_out
 
     @property
     def ablation(self) -> Ablation:

@@ -115,7 +115,9 @@ def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
     encoding, classifier = encodings.of(model.encoding), model.classifier
     where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
     channel = channel_of(model.channel)
-    own = {repr(channel): type(channel)} if CHANNELS.get(channel.name) != channel else {}
+    own: dict[str, type] = {}
+    if CHANNELS.get(channel.name) != channel:
+        own[repr(channel)] = type(channel)
     if ENCODINGS.get(encoding.name) is not type(encoding):
         own[encoding.name] = type(encoding)
     return {

@@ -76,7 +76,7 @@ class Corruption:
                 raise InputError(f"--disturb: expected {expected}, found {value:g}")
 
     @classmethod
-    def of(cls, given: "str | Mapping[str, Any] | Corruption | None", option: str) -> Self:
+    def of(cls, given: "str | float | Mapping[str, Any] | Corruption | None", option: str) -> Self:
         """Return a corruption as somebody gives it: as text, by name, as it is, or none.
 
         Parameters
@@ -93,8 +93,8 @@ class Corruption:
         """
         if isinstance(given, Corruption):
             return cls(**asdict(given))
-        if isinstance(given, str):
-            parts = [part.partition("=") for part in given.split(",")]
+        if isinstance(given, str | float):
+            parts = [part.partition("=") for part in str(given).split(",")]
             if wrong := [name for name, equals, _ in parts if not equals]:
                 raise InputError(f"{option}: expected {_FORM}, found '{wrong[0]}'")
             given = {name.strip(): value.strip() for name, _, value in parts}

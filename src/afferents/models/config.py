@@ -283,7 +283,7 @@ class Hyperparameters:
             return cls()
         if isinstance(given, Mapping):
             return cls(_changed(given, "recipe", preset))
-        content = read_toml(Path(given), _WHAT)
+        content = read_toml(Path(str(given)), _WHAT)
         return cls(_changed(content, given, preset), str(given))
 
     def of_network(self, network: str) -> Mapping[str, Any]:

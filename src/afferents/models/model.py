@@ -1,7 +1,7 @@
 """The models: the six of the paper's Table 1, and our own beyond it. A model is a row."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal
 
@@ -250,4 +250,10 @@ def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
 
 
 def _listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
-    return [wanted] if isinstance(wanted, str | Model) else wanted
+    listed = (
+        list(wanted) if isinstance(wanted, Iterable) and not isinstance(wanted, str) else [wanted]
+    )
+    for one in listed:
+        if not isinstance(one, str | Model):
+            raise InputError(f"--models: expected names, or an afferents.Model, found {one!r}")
+    return listed

@@ -5,9 +5,13 @@ import shutil
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from afferents.channels import CHANNELS
+from afferents.encodings.images import SpatialEncoding
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
+from afferents.evaluation.encode import Source, _require_one_frame_rate
 from afferents.evaluation.results import read_summary
 from afferents.evaluation.summary import data_quality
 from afferents.quality.issues import QualityIssue
@@ -88,3 +92,16 @@ def test_it_stands_on_the_first_page(doubtful, tmp_path, does):
     assert "49% of them twice" in first
     assert "recording was accepted as it is" in first
     assert f"at most {100 * summary['lost']['worst']:.1f}%, in recording 1/20" in first
+
+
+def test_recordings_of_other_frame_rates_are_not_mixed():
+    def at(fps_hz, name):
+        time = {"time": np.arange(9) / fps_hz}
+        return xr.Dataset({"sa1": ("time", np.zeros(9))}, time, {"name": name})
+
+    source = Source(CHANNELS["sa1"], SpatialEncoding())
+    _require_one_frame_rate([at(90, "a/1"), at(88, "b/1")], source)
+    with pytest.raises(
+        InputError, match=r"recording b/1: expected 90 frames/s.*found 45; evaluate"
+    ):
+        _require_one_frame_rate([at(90, "a/1"), at(45, "b/1")], source)
