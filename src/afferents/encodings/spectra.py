@@ -170,9 +170,10 @@ class SpectralEncoding(VibrationEncoding):
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def changed(self, **wanted: Any) -> Self:
-        """Return it with the values wanted; as many bins are kept as the network sees."""
+        """Return it with the values wanted; twice the bins wanted are kept, for slowed copies."""
         new = by_stride(super().changed(**wanted), **wanted)
-        return new.model_copy(update={"kept_bins": max(new.kept_bins, new.model_bins)})
+        least = new.model_bins * (2 if wanted.get("model_bins") else 1)
+        return new.model_copy(update={"kept_bins": max(new.kept_bins, least)})
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse what is too short; see `spectral_samples`."""

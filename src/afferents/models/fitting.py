@@ -110,6 +110,7 @@ def train_in_stages(
 
 def _frames_of(runs: NDArray[np.int64], n_frames: int, a_run: int) -> NDArray[np.int64]:
     """Return `a_run` frames of each run, other places of other runs, as indices of frames."""
+    a_run = min(a_run, n_frames)
     place = (np.arange(len(runs))[:, None] + np.arange(a_run) * (n_frames // a_run)) % n_frames
     frames: NDArray[np.int64] = (runs[:, None] * n_frames + place).ravel()
     return frames
@@ -251,7 +252,10 @@ def recipe_of(model: Model, encoding: object) -> str:
     The model's own, else its classifier's, else that of the paper's network for such samples.
     """
     kind = classifier_of(model.classifier)
-    usual = "vibration-net" if getattr(encoding, "of_vibration", False) else "spatial-net"
+    of_runs = dims.FRAME in getattr(encoding, "sample_dims", ())
+    usual = "cnn-lstm" if of_runs else "spatial-net"
+    if getattr(encoding, "of_vibration", False):
+        usual = "vibration-net"
     return model.recipe or getattr(kind, "recipe", "") or usual
 
 

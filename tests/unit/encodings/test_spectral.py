@@ -82,3 +82,8 @@ def test_windows_start_after_the_cut_or_are_spread_from_end_to_end(encoding, par
 def test_what_makes_no_window_is_refused(n, encoding, said):
     with pytest.raises(InputError, match=said):
         spectral_samples(vibration(np.zeros(n), 100.0), slice(0, n), encoding)
+
+
+def test_slowed_copies_have_all_bins_that_the_network_sees():
+    assert SpectralEncoding().changed(model_bins=3000).kept_bins == 6000
+    assert SpectralEncoding(kept_bins=200).changed().kept_bins == 200

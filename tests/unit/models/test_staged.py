@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import torch
 
+from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
 from afferents.models.classifiers import build
-from afferents.models.fitting import train_in_stages
+from afferents.models.fitting import _frames_of, recipe_of, train_in_stages
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import predict
+from afferents.models.model import Model
 
 
 def staged(make_problem, config, seed=0, epochs=20):
@@ -56,3 +58,14 @@ def test_only_training_runs_teach(make_problem, config):
     # With one epoch a stage there is nothing to choose by validation.
     for one, other in zip(first.parameters(), again.parameters(), strict=True):
         torch.testing.assert_close(one, other)
+
+
+def test_of_runs_that_are_short_every_frame_is_taken_once():
+    frames = _frames_of(np.array([0, 1, 2]), n_frames=3, a_run=5)
+    np.testing.assert_array_equal(np.sort(frames), np.arange(9))
+
+
+def test_an_own_network_for_runs_of_images_has_the_recipe_of_the_paper_s():
+    mine = Model("mine", channel="sa1", encoding="spatiotemporal", classifier=lambda *_: None)
+    assert recipe_of(mine, SpatiotemporalEncoding()) == "cnn-lstm"
+    assert recipe_of(mine, SpatialEncoding()) == "spatial-net"
