@@ -62,7 +62,7 @@ def evaluate(evaluation: Evaluation, progress: Progress, quick_controls: bool = 
     require_options(able, recipe.encodings, everything, *own)
     recipe.split.groups_of(everything)
     if options.ablation.markers != 1:
-        _require_images(able, recipe.encodings)
+        require_images(able, recipe.encodings)
     bumps = textures_of(everything) if named_by_spacing(everything) else []
     _note_limits(evaluation, able, bumps, progress)
     skipped = skipped_recordings(evaluation, able, everything)
@@ -98,7 +98,7 @@ def _known_controls(results: Path, jobs: Sequence[FoldKey]) -> dict[str, Accurac
     return read_summary(results).controls if there else {}
 
 
-def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
+def require_images(models: Sequence[Model], encodings: Encodings) -> None:
     """Refuse models whose samples hide where each marker is, as waves do: none can be left out."""
     for model in models:
         for encoding in (source.encoding for source in sources_of(model, encodings)):

@@ -16,18 +16,20 @@ import torch
 from afferents.errors import InputError
 from afferents.evaluation.choice import require_options
 from afferents.evaluation.encode import encode_all, require_support, sources_of
+from afferents.evaluation.fold_files import check_results_folder
 from afferents.evaluation.intervals import SESSION, bootstrap_unit_of
-from afferents.evaluation.recipe import Evaluation
-from afferents.evaluation.results import ROUGHNESS, UNKNOWN
+from afferents.evaluation.recipe import Evaluation, Recipe
+from afferents.evaluation.results import CONFIG, OPTIONS, ROUGHNESS, UNKNOWN
 from afferents.evaluation.roughness import ask_mm, can_ask_mm, summarise_mm
-from afferents.evaluation.run import skipped_recordings
+from afferents.evaluation.run import require_images, skipped_recordings
 from afferents.evaluation.schemas import About, Intervals, RoughnessSummary, UnknownSummary
 from afferents.evaluation.unknown import ask_unknown, summarise_unknown
-from afferents.files import write_aside
-from afferents.folds.held_out import SPEED
+from afferents.files import remove_partials, write_aside, write_json
+from afferents.folds.held_out import SPEED, TEXTURE
 from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import KNOWN
 from afferents.models.model import MODELS, Model
+from afferents.outputs import writing_alone
 from afferents.progress import Progress
 from afferents.store.responses import Responses, named_by_spacing, speeds_of, textures_of
 
@@ -55,11 +57,37 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     recipe, everything = evaluation.recipe, evaluation.recordings
     require_support(recipe.models, everything, may_leave_out=False)
     require_options(recipe.models, recipe.encodings, everything)
+    if recipe.options.ablation.markers != 1:
+        require_images(recipe.models, recipe.encodings)
     SPEED.groups_of(everything)
     skipped = skipped_recordings(evaluation, recipe.models, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     textures = textures_of(recordings)
     _require_enough(textures, recordings)
+    recipe = replace(recipe, skipped=skipped)
+    config = recipe.config | {"split": TEXTURE}
+    config[OPTIONS]["split"] = TEXTURE
+    with writing_alone(recipe.out, "evaluate"):
+        check_results_folder(recipe.out, config)
+        remove_partials(recipe.out)
+        novelty, mm = _ask(recipe, recordings, progress)
+        about = replace(evaluation, recipe=recipe).about(recordings) | {
+            "preset": "none: solved at once",
+            "speeds_mm_s": speeds_of(recordings),
+            "textures": tuple(textures),
+        }
+        write_json(recipe.out / CONFIG, config)
+        return {
+            name: _written(recipe.out, name, about, tables)
+            for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
+            if tables
+        }
+
+
+def _ask(
+    recipe: Recipe, recordings: Sequence[Responses], progress: Progress
+) -> tuple[list[pd.DataFrame], list[pd.DataFrame]]:
+    """Return every model's table of novelty, and that of spacings where these can be asked for."""
     novelty, mm = [], []
     for model in recipe.models:
         source = sources_of(model, recipe.encodings)[0]
@@ -67,33 +95,23 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
             recordings, source, recipe.options.cut, progress, recipe.options.ablation
         )
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
-        if named_by_spacing(recordings) and can_ask_mm(textures):
+        if named_by_spacing(recordings) and can_ask_mm(textures_of(recordings)):
             mm.append(ask_mm(model, samples, source.encoding, progress))
-    evaluation = replace(evaluation, recipe=replace(recipe, skipped=skipped))
-    about = evaluation.about(recordings) | {
-        "preset": "none: solved at once",
-        "speeds_mm_s": speeds_of(recordings),
-        "textures": tuple(textures),
-    }
-    if not mm:  # of an earlier run, which this one replaces
-        for suffix in ("json", "parquet"):
-            (recipe.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
-    return {
-        name: _written(recipe.out, name, about, tables)
-        for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
-        if tables
-    }
+    return novelty, mm
 
 
 def _written(out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]) -> About:
-    """Write the table and the summary of a question; return the summary."""
+    """Write the table and the summary of a question, with models of earlier runs; return it."""
     table = pd.concat(tables, ignore_index=True)
+    if (out / f"{name}.parquet").is_file():
+        earlier = pd.read_parquet(out / f"{name}.parquet")
+        table = pd.concat([earlier[~earlier["model"].isin(table["model"])], table])
+        table = table.reset_index(drop=True)
     summary: About
     if name == UNKNOWN:
         summary = UnknownSummary(**about, **_unknown_fields(table, len(about["data"])))
     else:
         summary = RoughnessSummary(**about, **summarise_mm(table))
-    out.mkdir(parents=True, exist_ok=True)
     with write_aside(out / f"{name}.parquet") as partial, partial.open("wb") as file:
         table.to_parquet(file, compression="zstd", index=False)
     summary.write(out / f"{name}.json")
@@ -111,7 +129,7 @@ def _unknown_fields(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
 
 
 def _refuse(evaluation: Evaluation) -> None:
-    """Refuse models, options and folders that this split can't do with."""
+    """Refuse models and options that this split can't do with."""
     for model in evaluation.recipe.models:
         if not can_be_asked(model):
             able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
@@ -138,12 +156,6 @@ def _refuse(evaluation: Evaluation) -> None:
             raise InputError(
                 f"{option}: expected none with --split texture, found {given}; leave it out"
             )
-    out = evaluation.recipe.out
-    if out.exists() and not any((out / f"{name}.json").is_file() for name in (UNKNOWN, ROUGHNESS)):
-        raise InputError(
-            f"{out}: expected a new folder, or one of --split texture, found something else; "
-            "choose another --out"
-        )
 
 
 def _require_enough(textures: Sequence[str], recordings: Sequence[Responses]) -> None:

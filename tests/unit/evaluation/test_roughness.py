@@ -89,7 +89,7 @@ def test_fabrics_have_no_spacing():
         (("--held-out", "20"), "--held-out: expected none with --split texture"),
         (("--train-speeds", 2), "--train-speeds: expected none with --split texture"),
         (("--cluster", "tcp://nowhere:1"), "--cluster: expected none with --split texture"),
-        ((), "a new folder, or one of --split texture"),
+        ((), "a new, empty or results folder"),
     ],
 )
 def test_what_textures_held_out_can_not_be_asked(stores, tmp_path, fails, options, sentence):

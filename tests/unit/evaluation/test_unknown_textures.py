@@ -87,7 +87,7 @@ def test_a_texture_felt_at_some_speeds_only(found):
     assert rows[(rows.texture == "t2") & (rows.left_out != "t2")].empty
 
 
-def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run, does):
+def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run, does, fails):
     split = ("evaluate", stores["video"], "--out", tmp_path / "r", "--split", "texture",
              "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2,
              "--workers", 1)  # fmt: skip
@@ -103,6 +103,12 @@ def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run, does):
     assert "Called unknown, by texture" in page
     assert "--split texture --models order-te-speed-known,sa-wave" in page
     assert (tmp_path / "r" / "textures.md").read_text().startswith("### Textures held out")
+    # A later run adds its models, and only such as were asked in the same way.
+    again = ("evaluate", "--config", tmp_path / "r" / "config.json", "--out", tmp_path / "r")
+    found = json.loads(does(*again, "--models", "ra-wave,order-te-speed-known", "--json"))
+    assert found["unknown"]["models"].keys() == {"sa-wave", "order-te-speed-known", "ra-wave"}
+    assert "found results of another" in fails(*again, "--split", "speed")
+    assert "models of tactile images or of vibra" in fails(*again, "--markers", 0.5)
 
 
 def test_recordings_that_were_skipped_are_named(stores, tmp_path, fails):
