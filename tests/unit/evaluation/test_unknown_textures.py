@@ -87,6 +87,13 @@ def test_a_texture_felt_at_some_speeds_only(found):
     assert rows[(rows.texture == "t2") & (rows.left_out != "t2")].empty
 
 
+def test_a_speed_at_which_one_texture_was_felt_is_not_asked():
+    data = samples(n=20)
+    gap = (data["texture"].values != "t2") & (data["speed_mm_s"].values == 20)
+    found = summarise_unknown(asked(data.isel(sample=np.flatnonzero(~gap)))).content()
+    assert found["auroc_by_speed"].keys() == {"10", "30", "40", "50"}
+
+
 def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run, does, fails):
     split = ("evaluate", stores["video"], "--out", tmp_path / "r", "--split", "texture",
              "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2,
