@@ -843,4 +843,4 @@ def name_of_channel(channel: Channel) -> str:
         raise InputError(
             f"channel: expected {expected}, found {channel!r}; write a class that holds them"
         )
-    return reference_of(type(channel))
+    return reference_of(type(channel), "channel")

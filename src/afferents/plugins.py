@@ -142,8 +142,13 @@ def _send_whole(module: ModuleType) -> None:
             import_module(pickler).register_pickle_by_value(module)
 
 
-def reference_of(own: Any) -> str:
+def reference_of(own: Any, what: str = "classifier") -> str:
     """Return ``module:NAME`` of a function or a class, by which it can be imported again.
+
+    Parameters
+    ----------
+    what
+        It is, for the error.
 
     Raises
     ------
@@ -155,8 +160,8 @@ def reference_of(own: Any) -> str:
     if not known:
         found = f"{name or type(own).__name__} of {module or 'nowhere'}"
         raise InputError(
-            f"classifier: expected a function of a module that can be imported, found {found}; "
-            "put it into a file of its own"
+            f"{what}: expected one of a module that can be imported, found {found}; put it into a "
+            "file of its own"
         )
     return f"{module}:{name}"
 

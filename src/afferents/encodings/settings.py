@@ -164,5 +164,5 @@ def described(encoding: Encoding) -> dict[str, Any]:
         If it is somebody's own and can't be imported.
     """
     ours = ENCODINGS.get(encoding.name) is type(encoding)
-    name = encoding.name if ours else reference_of(type(encoding))
+    name = encoding.name if ours else reference_of(type(encoding), "encoding")
     return {**encoding.describe(), "name": name}

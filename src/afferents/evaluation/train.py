@@ -116,7 +116,10 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     require_trainable([training.model], recordings, training.encodings, options.cut)
     scores = scores_of(training) if training.results else ()
     model = training.model
+    # What can't be put down in the card is refused before anything is learnt.
     classifier = _reference(model.classifier)
+    channel, encoding = name_of_channel(source.channel), described(source.encoding)
+    felt = felt_with(training.data, source)
     samples = encode_all(
         recordings, source, options.cut, progress, corruption=options.disturb_training
     )
@@ -150,9 +153,9 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
-        channel=name_of_channel(source.channel),
-        encoding=described(source.encoding),
-        **felt_with(training.data, source),
+        channel=channel,
+        encoding=encoding,
+        **felt,
     )
     save_model(deployed, card, out)
     return card

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, raised
 from afferents.files import Place, write_aside
 from afferents.models.card import METADATA, Card, names_of
 from afferents.models.folder import Deployed, Stepping, load_model
@@ -51,7 +51,8 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
         If the folder is no model's, or that of a scikit-learn estimator, the packages that write
         ONNX are missing, or `out` is not free.
     AfferentsError
-        If the file does not say what the model says.
+        If PyTorch can't export a module of somebody's own, or the file does not say what the model
+        says.
 
     Examples
     --------
@@ -94,17 +95,23 @@ def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Te
 def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     inputs, outputs = names_of(stepping=len(sample) > 1)
-    with warnings.catch_warnings(action="ignore"):
-        torch.onnx.export(
-            module,
-            sample,
-            path,
-            input_names=list(inputs),
-            output_names=list(outputs),
-            dynamo=True,
-            external_data=False,
-            verbose=False,
-        )
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            torch.onnx.export(
+                module,
+                sample,
+                path,
+                input_names=list(inputs),
+                output_names=list(outputs),
+                dynamo=True,
+                external_data=False,
+                verbose=False,
+            )
+    except torch.onnx.OnnxExporterError as error:
+        found = raised(error.__cause__ or error)
+        raise AfferentsError(
+            f"export: expected a module that PyTorch can export, found {found}"
+        ) from error
 
 
 @torch.inference_mode()

@@ -11,12 +11,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import torch
+from torch import nn
 
+import afferents
+from afferents import Model
 from afferents.channels import Ra1, name_of_channel
 from afferents.encodings.settings import Encodings
-from afferents.errors import InputError
-from afferents.evaluation import recipe
+from afferents.errors import AfferentsError, InputError
+from afferents.evaluation import recipe, train
 from afferents.evaluation.results import PROBABILITY
+from afferents.models.export import _write
 from afferents.plugins import named
 from afferents.recordings.data_sets import DATA_SETS
 
@@ -197,3 +202,24 @@ def test_a_model_whose_channel_or_encoding_changes_is_another(tmp_path, monkeypa
     assert kept["own"] == {"Height()": "own_parts.py 2", "columns": "own_parts.py 2"}
     with pytest.raises(InputError, match="found those of another that had its name"):
         keep(3)
+
+
+def test_a_part_that_no_card_can_name_is_refused_before_the_training(stored, tmp_path, monkeypatch):
+    class Mine(Ra1):
+        name = "mine"
+
+    monkeypatch.setattr(train, "trained_on", None)
+    mine = Model("m", channel=Mine(), encoding="spatial", classifier=named(f"{OWN}:perceptron"))
+    with pytest.raises(
+        InputError, match=r"channel: expected one of a module .* put it into a file"
+    ):
+        afferents.train(stored, tmp_path / "m", mine, quiet=True)
+
+
+def test_a_module_that_pytorch_can_not_export_is_one_sentence(tmp_path):
+    class Branches(nn.Module):
+        def forward(self, x):
+            return (x, x) if x.sum().item() > 0 else (2 * x, x)
+
+    with pytest.raises(AfferentsError, match="export: expected a module that PyTorch can export"):
+        _write(Branches(), (torch.ones(1, 3),), tmp_path / "m.onnx")
