@@ -148,7 +148,8 @@ def mean_of(fitted: dict[str, Fitted], parts: Sequence[Part]) -> Fitted:
 
     The mean of their log-probabilities, that of a part's samples first taken over each window; a
     part with no sample in a window says nothing of it. Nothing is weighed: a network has learnt
-    from all training speeds, so there is none that could say how much each should count.
+    from all training speeds, so there is none that could say how much each should count. Nor was
+    the fusion validated as a whole: its validation accuracy is the mean of its parts'.
 
     Parameters
     ----------
@@ -165,10 +166,13 @@ def mean_of(fitted: dict[str, Fitted], parts: Sequence[Part]) -> Fitted:
         logs.append(own)
     fused = np.exp(log_softmax(np.mean(logs, axis=0), axis=1)).astype(np.float32)
     first = next(iter(fitted.values()))
-    summed = ("passes", "seconds", "job_seconds")
+    summed = ("epochs", "passes", "seconds", "job_seconds")
+    of_one = ("best_epoch", "history")  # each part has its own
+    validated = [one.facts["validation_accuracy"] for one in fitted.values()]
     facts = {
-        **first.facts,
+        **{name: fact for name, fact in first.facts.items() if name not in of_one},
         **{name: sum(one.facts[name] for one in fitted.values()) for name in summed},
+        "validation_accuracy": float(np.mean(validated)),
         "parts": {
             name: {
                 "accuracy": float((own.argmax(axis=1) == labels).mean()),

@@ -19,7 +19,7 @@ from afferents.models.model import MODELS
 from afferents.models.networks import ThreeStems
 from afferents.models.solved import MeanFusion
 
-FACTS = {"passes": 1, "seconds": 1.0, "job_seconds": 1.0, "best_epoch": 1}
+FACTS = {"passes": 1, "seconds": 1.0, "job_seconds": 1.0, "best_epoch": 1, "epochs": 2}
 SHAPES = ((1, 200), (10, 19, 19), (10, 19, 19))
 
 
@@ -57,7 +57,8 @@ def test_the_mean_of_log_probabilities_within_a_window():
     expected = [first / 2, (np.log(4) + np.log(0.25)) / 2, np.log(3 / 7) / 2]
     np.testing.assert_allclose(np.log(odds), expected, atol=1e-6)
     assert isinstance(fused.classifier, MeanFusion)
-    assert fused.facts["passes"] == 2
+    assert (fused.facts["passes"], fused.facts["epochs"]) == (2, 4)
+    assert "best_epoch" not in fused.facts
     assert set(fused.facts["parts"]) == {"a", "b"}
 
 
