@@ -100,7 +100,7 @@ WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 _DENSEST = 1000
 _LEAST_SAMPLES = 128
 """Of a window, where a second has fewer than the spectrum needs."""
-_FEW_WINDOWS = 3
+FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
 STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
@@ -164,7 +164,7 @@ class SpectralEncoding(VibrationEncoding):
         length = round(window_s * signal.rate_hz)
         chosen |= {"window_s": window_s, "stride_s": window_s / 2}
         if signal.shortest_s < 2 * window_s and "stride_s" not in given:
-            chosen["windows"] = _FEW_WINDOWS
+            chosen["windows"] = FEW_WINDOWS
         if length // 2 + 1 < bins:
             chosen |= {"fft_points": 2 * bins, "kept_bins": bins}
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}

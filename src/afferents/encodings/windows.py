@@ -13,6 +13,7 @@ from afferents import dims
 from afferents.encodings.base import Option, SignalInfo, VibrationEncoding, without_unit
 from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.spectra import (
+    FEW_WINDOWS,
     STRIDE_OPTION,
     WINDOW_OPTION,
     Lines,
@@ -25,8 +26,6 @@ from afferents.errors import InputError
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
-_FEW_WINDOWS = 3
-"""Of recordings that are not twice as long as a window."""
 _HEARD = 0.95
 """Share of half the sample rate up to which frequencies are heard."""
 _OVERSAMPLING = 2.56
@@ -95,7 +94,7 @@ class WindowEncoding(VibrationEncoding):
         chosen = {"highest_hz": highest, "window_s": window_s, "stride_s": window_s / 2}
         is_slow = signal.shortest_s < 2 * window_s and highest < default.highest_hz
         if is_slow and "stride_s" not in given:
-            chosen["windows"] = _FEW_WINDOWS
+            chosen["windows"] = FEW_WINDOWS
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def changed(self, **wanted: Any) -> Self:

@@ -464,7 +464,7 @@ def samples(
         `recording`, `start_s`, `stop_s`, and `group`, of which one is held out at a time: the
         speed (NaN where it is not known), or the value of another split's condition. For
         scikit-learn's cross-validation take ``x.values.reshape(len(x), -1)``, ``x.texture`` and
-        ``groups=x.group``.
+        ``groups=x.group``. The attribute `channel` names what they are of.
 
     Raises
     ------
@@ -494,4 +494,5 @@ def samples(
             require_within(responses, source.channel.made_of, steady_s)
         require_speeds_known([asked], encodings, recordings)
         found = what.labelled(encode_all(recordings, source, cut, progress), recordings)
-        return found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})
+        found = found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})
+        return found.assign_attrs({dims.CHANNEL: source.channel.name})

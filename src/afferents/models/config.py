@@ -304,10 +304,6 @@ class Hyperparameters:
         """Return it ready for JSON."""
         return {network: dict(fields) for network, fields in self.changed.items()}
 
-    def words(self) -> list[str]:
-        """Return the words of a command line that say the same, where they are in a file."""
-        return ["--recipe", self.source] if self.source else []
-
 
 def _changed(
     content: Mapping[str, Any], where: object, preset: Preset

@@ -14,6 +14,7 @@ from safetensors.torch import load, save
 from torch import Tensor, nn
 
 from afferents import dims
+from afferents.channels import channel_of
 from afferents.encodings.samples import Samples
 from afferents.encodings.settings import encoding_of
 from afferents.errors import AfferentsError, InputError, raised, reason_of
@@ -359,7 +360,8 @@ class Recogniser:
         Raises
         ------
         InputError
-            If a sample has another form than those that the model learnt from.
+            If a sample has another form than those that the model learnt from, or says that it is
+            of another channel.
         """
         seen = encoding_of(self.card.encoding, "the card").seen(samples.values)
         if seen.shape[1:] != self.card.shape:
@@ -368,6 +370,9 @@ class Recogniser:
                 f"learnt from, found {samples.shape[1:]}; encode {self.card.channel} as the "
                 "card's 'encoding' says"
             )
+        learnt = channel_of(self.card.channel).name
+        if (found := samples.attrs.get(dims.CHANNEL, learnt)) != learnt:
+            raise InputError(f"samples: expected some of {learnt}, found some of {found}")
         values = torch.as_tensor(seen, dtype=torch.float32)
         outcomes = [self.deployed(batch) for batch in torch.split(values, _BATCH)]
         probability, novelty = (torch.cat(parts).numpy() for parts in zip(*outcomes, strict=True))

@@ -73,6 +73,9 @@ def test_from_python_a_model_says_what_its_file_says(models, stores):
     assert not model.predict(unknown).speed_outside.any()
     with pytest.raises(InputError, match=r"samples: expected \(sample, ...\) of the form"):
         model.predict(samples[:, :5])
+    changes = afferents.samples(stores["video"], "ra1", "spatial", quiet=True)[:2]
+    with pytest.raises(InputError, match="samples: expected some of sa1, found some of ra1"):
+        model.predict(changes)
 
 
 @pytest.mark.parametrize("kind", ["video", "audio"])

@@ -48,7 +48,7 @@ def test_tables_go_before_what_holds_for_all(tmp_path):
     assert (images.max_epochs, images.patience, images.learning_rate) == (7, 5, 1e-3)
     assert images.dropout == (0.5, 0.5, 0.1)
     assert (vibration.max_epochs, vibration.dropout) == (40, None)
-    assert own.words() == ["--recipe", str(path)]
+    assert own.source == str(path)
     assert own.describe()["cnn-lstm"] == {"max_epochs": 40, "patience": 5}
     json.dumps(own.describe())
 
