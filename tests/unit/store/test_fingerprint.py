@@ -9,10 +9,9 @@ import scipy.signal
 import soundfile
 import xarray as xr
 
-from afferents.store.fingerprint import KINDS, find_copies, fingerprint, likeness, read, written
+from afferents.store.fingerprint import find_copies, fingerprint, read, written
 
 RATE, FPS, SECONDS = 8000, 90.0, 8.0
-SHIFTS = range(-20, 21)
 
 
 def sounding(samples, rate=RATE, **attrs):
@@ -65,13 +64,11 @@ def found(one, other, same_label=False):
     [
         (sounding, lambda x, rng: encoded(x, "PCM_U8")),
         (sounding, lambda x, rng: encoded(x, "VORBIS", "OGG")),
-        (sounding, lambda x, rng: x[round(0.2 * RATE) :]),
         (sounding, lambda x, rng: 0.1 * x),
         (moving, lambda p, rng: p + rng.normal(0, 0.3, p.shape)),
-        (moving, lambda p, rng: p[18:]),
         (moving, lambda p, rng: np.where(rng.random(p.shape[:2])[..., None] < 0.2, np.nan, p)),
     ],
-    ids=["8 bit", "ogg", "late", "gain", "codec noise", "late frames", "markers lost"],
+    ids=["8 bit", "ogg", "gain", "codec noise", "markers lost"],
 )
 def test_a_copy_is_found_whatever_was_done_to_it(seen, change):
     """And one of sound, also under the same label."""
@@ -108,7 +105,7 @@ def test_taxels_are_compared_sample_by_sample():
     rng = np.random.default_rng(0)
     taxels = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
     other = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
-    (copy,) = found(sounding(taxels, 35.7), sounding(taxels[7:], 35.7))
+    (copy,) = found(sounding(taxels, 35.7), sounding(taxels + 3, 35.7))
     assert copy.kind == "taxels"
     assert found(sounding(taxels, 35.7), sounding(other, 35.7)) == []
 
@@ -132,23 +129,12 @@ def test_a_fingerprint_is_short_and_comes_back():
     both = xr.merge([sounding(sound_of(0)), moving(steps_of(0))])
     stored = json.dumps(written(fingerprint(both)))
     assert len(stored) < 6000
-    series = fingerprint(both)["tracks"]
-    assert likeness(series, read(json.loads(stored))["tracks"], SHIFTS) > 0.999
+    came_back = read(json.loads(stored))
+    for kind, series in fingerprint(both).items():
+        np.testing.assert_allclose(came_back[kind], series, atol=0.02)
 
 
 def test_what_is_no_fingerprint_is_refused():
     with pytest.raises(ValueError, match=r"."):
-        read({"tracks": "AAA"})
-    assert read({"tracks": "", "other": "x"}) == {}
-
-
-def test_the_neighbour_search_finds_what_comparing_all_pairs_finds():
-    rng = np.random.default_rng(0)
-    prints = {str(n): {"sound": rng.normal(size=(200, 8)).astype(np.float32)} for n in range(200)}
-    for n in range(10):
-        noise = 0.2 * rng.normal(size=(196, 8)).astype(np.float32)
-        prints[str(200 + n)] = {"sound": prints[str(n)]["sound"][4:] + noise}
-    copies = find_copies(prints, {name: name for name in prints})
-    pairs = [(str(n), str(200 + n)) for n in range(10)]
-    assert [(copy.one, copy.other) for copy in copies] == pairs
-    assert all(copy.alike >= KINDS["sound"].alike for copy in copies)
+        read({"tracks": ["AAA"]})
+    assert read({"tracks": []}) == {}
