@@ -215,7 +215,7 @@ def bars(ax: Axes, names: Sequence[str], groups: Mapping[str, Sequence[float]]) 
     ax.set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
     ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--")
     ax.set(ylabel="accuracy, %", ylim=(0, 103))
-    ax.legend(fontsize=8)
+    ax.legend(loc="upper left", fontsize=8)
 
 
 def _together(number: int) -> None:
