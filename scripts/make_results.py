@@ -416,9 +416,14 @@ def interval(percents: Sequence[float]) -> str:
         return f"{percents[0]:.0f}" if percents else "–"
     if len(percents) == 2:
         return f"{np.mean(percents):.0f} ({min(percents):.0f}, {max(percents):.0f})"
-    half = student.ppf(0.975, len(percents) - 1) * np.std(percents, ddof=1) / len(percents) ** 0.5
-    mean = np.mean(percents)
+    mean, half = np.mean(percents), half_width(percents)
     return f"{mean:.0f} [{max(0, mean - half):.0f}, {min(100, mean + half):.0f}]"
+
+
+def half_width(values: Sequence[float]) -> float:
+    """Return half of the 95% interval of a mean, Student's t."""
+    spread = np.std(values, ddof=1) / len(values) ** 0.5
+    return float(student.ppf(0.975, len(values) - 1) * spread)
 
 
 def require_same_sources(kept: Path = KEPT) -> None:

@@ -19,7 +19,6 @@ import numpy as np
 import results_pages as pages
 from make_results import Part, evaluated, store_of
 from matplotlib.axes import Axes
-from scipy.stats import t as student
 
 from afferents.reporting.style import BLUE, GREEN, GREY, VERMILION
 
@@ -169,7 +168,7 @@ def difference(more: Sequence[float], less: Sequence[float]) -> str:
     Pairs are of one session and one held-out speed: six of two sessions.
     """
     gained = np.subtract(more, less)
-    half = student.ppf(0.975, len(gained) - 1) * gained.std(ddof=1) / len(gained) ** 0.5
+    half = rig.half_width(gained.tolist())
     mean, low, high = (round(gained.mean() + way * half) for way in (0, -1, 1))
     return f"{mean:+d} [{low:+d}, {high:+d}]"
 
@@ -269,20 +268,19 @@ def _copies(number: int) -> None:
     names, groups = [], {"without copies": [], "with copies": []}
     for model in ("ra-se", "ra-ste", "sa-ste"):
         names.append(model)
-        for label, sessions, name in (
-            ("without copies", plain, model),
-            ("with copies", copied, f"{model}-aug"),
-            ("three times as many samples", thrice, model),
-            ("three times as many samples", thrice, f"{model}-aug"),
+        for label, sessions, name, originals in (
+            ("without copies", plain, model, {}),
+            ("with copies", copied, f"{model}-aug", plain),
+            ("three times as many samples", thrice, model, {}),
+            ("three times as many samples", thrice, f"{model}-aug", thrice),
         ):
             there = [part for part in sessions.values() if name in part["models"]]
             if not there:
                 continue
             at = [[percent(part, name, [s]) for part in there] for s in speeds]
             means = [percent(part, name, speeds) for part in there]
-            before = [p for p in (*plain.values(), *there) if model in p["models"]][-len(there) :]
-            of_copies = name != model and before
-            gain = difference(cells(there, name), cells(before, model)) if of_copies else ""
+            before = cells(list(originals.values()), model)
+            gain = difference(cells(there, name), before) if before else ""
             rows.append([f"`{name}`", label, *map(_range, at), _range(means), gain])
             if label in groups:
                 groups[label].append(float(np.mean(means)))

@@ -7,7 +7,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 from uuid import uuid4
 
@@ -214,6 +214,11 @@ def size_of(path: Path) -> int:
         If there is none.
     """
     return sum(file.stat().st_size for file in _files_of(path))
+
+
+def is_hidden(path: PurePath) -> bool:
+    """Tell whether one of a path's names begins with a dot, as of what systems leave behind."""
+    return any(part.startswith(".") for part in path.parts)
 
 
 def _files_of(path: Path) -> list[Path]:

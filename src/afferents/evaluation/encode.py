@@ -185,10 +185,14 @@ def best_of(recordings: Sequence[Responses]) -> Model:
     InputError
         If they support none.
     """
-    for name in BEST:
-        if lacking(MODELS[name], recordings) is None:
-            return MODELS[name]
+    if name := recommended(recordings):
+        return MODELS[name]
     return require_support([MODELS[BEST[0]]], recordings, may_leave_out=False)[0]
+
+
+def recommended(recordings: Sequence[Responses]) -> str:
+    """Return the name of the first of `BEST` that recordings support; empty where they do none."""
+    return next((name for name in BEST if lacking(MODELS[name], recordings) is None), "")
 
 
 def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:

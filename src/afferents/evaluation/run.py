@@ -17,7 +17,7 @@ from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.choice import require_options, require_trainable
 from afferents.evaluation.controls import ask_controls
 from afferents.evaluation.data import recordings_in
-from afferents.evaluation.encode import kept_part, lacking, require_support, sources_of
+from afferents.evaluation.encode import kept_part, recommended, require_support, sources_of
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
 from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
@@ -28,7 +28,7 @@ from afferents.evaluation.summary import summarise
 from afferents.files import remove_partials, write_json
 from afferents.folds.held_out import Group, Split, key_of
 from afferents.models.fitting import learns_in_a_loop
-from afferents.models.model import BEST, MODELS, Model
+from afferents.models.model import Model
 from afferents.outputs import writing_alone
 from afferents.parallel import on_cluster, side_by_side, workers_at
 from afferents.progress import Progress
@@ -72,8 +72,8 @@ def evaluate(evaluation: Evaluation, progress: Progress, quick_controls: bool = 
     tested = options.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)
-    best = [name for name in BEST if lacking(MODELS[name], everything) is None]
-    about = evaluation.about(recordings) | {"left_out": left_out, "recommended": "".join(best[:1])}
+    about = evaluation.about(recordings)
+    about |= {"left_out": left_out, "recommended": recommended(everything)}
     check_results_folder(recipe.out, recipe.config)
     with writing_alone(recipe.out, "evaluate"):
         check_results_folder(recipe.out, recipe.config)

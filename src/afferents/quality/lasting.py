@@ -57,7 +57,5 @@ def span_text(span: tuple[float, float], time_s: Times) -> str:
     return f"from {span[0]:.2f} s {end}"
 
 
-PAST_END_S = 0.5
-"""So far a declared part may reach past the end: clips lack a frame or a tenth of a second."""
 EDGE_S = 2.5
 """Thrown away at each end where nothing says when the speed was constant (paper, section 2.2)."""

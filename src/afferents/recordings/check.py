@@ -9,12 +9,13 @@ from typing import Any
 from afferents.errors import InputError, reading, then
 from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
-from afferents.quality.lasting import EDGE_S, PAST_END_S
+from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
 from afferents.store.recording import Recording, RecordingSet
+from afferents.store.trimming import require_reached
 
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
@@ -137,11 +138,8 @@ def _require_steady(
     recording: Recording, path: Path, length_s: float, declared: SessionFile
 ) -> None:
     """Refuse a constant speed that goes on after the recording has ended; 0 s: none is declared."""
-    if recording.steady_s and 0 < length_s < recording.steady_s[1] - PAST_END_S:
-        raise InputError(
-            f"{path}: expected at least {recording.steady_s[1]:g} s, to the end of steady_s, found "
-            f"{length_s:.2f} s; mend steady_s in {declared.file}"
-        )
+    if recording.steady_s and length_s > 0:
+        require_reached(path, length_s, recording.steady_s, f"mend steady_s in {declared.file}")
 
 
 def _check_audio(audio: WavFile, declared: SessionFile) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
+from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.series import SeriesFile, resampling_sentences, unchecked_sentences
 from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
@@ -111,8 +112,11 @@ class Described(DataSet):
         for place in (place for place in places if place.is_dir()):
             for path in place.glob("/".join(["*"] * self.form.files.depth)):
                 inner = path.relative_to(place)
-                hidden = any(part.startswith(".") for part in inner.parts)
-                said = None if hidden else self.form.files.values(inner.as_posix(), self.path)
+                said = (
+                    None
+                    if is_hidden(inner)
+                    else self.form.files.values(inner.as_posix(), self.path)
+                )
                 if said is not None and path.is_file():
                     yield path, said
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from afferents.errors import InputError
+from afferents.files import is_hidden
 from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
 from afferents.recordings.series import in_order
 from afferents.recordings.tables import NUMBER, Signal, Table, read_table
@@ -143,7 +144,7 @@ _SHORT_S = 5.0
 def tables_in(folder: Path) -> list[Path]:
     """Return the tables below a folder, of the kind that most are of; hidden ones never."""
     there = [p for p in folder.rglob("*") if p.suffix.lower() in TABLES and p.is_file()]
-    shown = [p for p in there if not any(n.startswith(".") for n in p.relative_to(folder).parts)]
+    shown = [p for p in there if not is_hidden(p.relative_to(folder))]
     usual = Counter(path.suffix for path in shown).most_common(1)
     return sorted(path for path in shown if path.suffix == usual[0][0])
 

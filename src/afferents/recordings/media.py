@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from afferents.errors import InputError, then
+from afferents.files import is_hidden
 from afferents.store.recording import Frame, GreyImage, natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
@@ -293,7 +294,7 @@ class Pattern:
         found = []
         for path in sorted(root.glob(re.sub(r"\*+", "*", "*".join(literal)))):
             inner = path.relative_to(root)
-            if path.is_dir() != is_folder or any(part.startswith(".") for part in inner.parts):
+            if path.is_dir() != is_folder or is_hidden(inner):
                 continue
             values = self.values(inner.as_posix())
             if values is not None:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError, then
-from afferents.quality.lasting import PAST_END_S
 from afferents.quality.sound import require_finite
 from afferents.recordings.tables import Signal, Table, read_table
+from afferents.store.trimming import require_reached
 
 Numbers = NDArray[np.float64]
 
@@ -181,7 +181,9 @@ class SeriesFile:
             expected = f"at least {least} rows of data below the header, {least_s:g} s"
             raise InputError(f"{self.path}: expected {expected}, found {len(table.values)}")
         self._check_clock(table, rate_hz)
-        self._check_steady(len(table.values) / rate_hz)
+        if isinstance(steady_s := self.signal.steady_s, tuple):
+            length_s = len(table.values) / rate_hz
+            require_reached(self.path, length_s, steady_s, "correct [signal] steady_s")
         taken = table.values[:, [table.columns.index(name) for name in names]]
         require_finite(taken, self.path, rate_hz)
         return xr.DataArray(
@@ -329,14 +331,6 @@ class SeriesFile:
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
         if abs(mean_ms / period_ms - 1) > _AGREES:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
-
-    def _check_steady(self, length_s: float) -> None:
-        steady_s = self.signal.steady_s
-        if isinstance(steady_s, tuple) and length_s < steady_s[1] - PAST_END_S:
-            raise InputError(
-                f"{self.path}: expected at least {steady_s[1]:g} s, to the end of steady_s, found "
-                f"{length_s:.4g} s; correct [signal] steady_s"
-            )
 
     def _irregular(
         self, table: Table, time_ms: NDArray[np.float64], row: int, period_ms: float, jitter: float

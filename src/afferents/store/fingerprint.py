@@ -7,7 +7,6 @@ step; recordings of equal length are compared step by step.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,8 @@ _STEP_S, _SLOWER_HZ = 0.05, 400
 sample by sample."""
 _FLOOR = 0.3
 """Energies below this share of the mean say nothing: the noise of 8 bits lies there."""
-_FARTHEST = 3.0
-"""Standard deviations; one tap would otherwise outweigh all the rest."""
+_FARTHEST = 6.0
+"""From the mean, in medians of that distance; one tap would otherwise outweigh all the rest."""
 
 
 def fingerprint(responses: Responses) -> Fingerprint:
@@ -99,7 +98,7 @@ def _standardised(series: NDArray[np.floating]) -> Series:
     usual = np.median(np.abs(off)) if np.isfinite(off).all() else 0.0
     if usual <= 1e-9:
         return np.zeros(1, np.float32)
-    kept = np.clip(off / usual, -2 * _FARTHEST, 2 * _FARTHEST)
+    kept = np.clip(off / usual, -_FARTHEST, _FARTHEST)
     return np.asarray((kept - kept.mean()) / kept.std(), np.float32)
 
 
@@ -138,16 +137,17 @@ def find_copies(
     for (kind, _), names in forms.items():
         series = np.stack([fingerprints[name][kind] for name in names])
         own = np.array([_later(one) for one in series])
-        alike = series @ series.T / series.shape[1]
-        # Two runs that swing evenly, at one rate, may be as alike as each is like itself later.
-        swings = np.maximum(own, own[:, None])
-        likely = (alike > np.maximum(ALIKE, 0.5 + 0.4 * swings)) & (swings < TOO_EVEN)
-        for i, j in np.argwhere(np.triu(likely, 1)).tolist():
-            same = labels[names[i]] == labels[names[j]]
-            if not same or alike[i, j] > SAME_CONDITION:
-                copy = Copy(names[i], names[j], kind, float(alike[i, j]))
-                found.setdefault((copy.one, copy.other), copy)
-    return [found[pair] for pair in combinations(fingerprints, 2) if pair in found]
+        for i, name in enumerate(names):  # one by one: of thousands, all pairs fill the memory
+            alike = series[i:] @ series[i] / series.shape[1]
+            # Two runs that swing evenly, at one rate, may be as alike as each is like itself later.
+            swings = np.maximum(own[i:], own[i])
+            likely = (alike > np.maximum(ALIKE, 0.5 + 0.4 * swings)) & (swings < TOO_EVEN)
+            for j in (np.flatnonzero(likely[1:]) + 1).tolist():
+                other = names[i + j]
+                if labels[name] != labels[other] or alike[j] > SAME_CONDITION:
+                    found.setdefault((name, other), Copy(name, other, kind, float(alike[j])))
+    place = {name: n for n, name in enumerate(fingerprints)}
+    return sorted(found.values(), key=lambda copy: (place[copy.one], place[copy.other]))
 
 
 def _later(series: Series) -> float:

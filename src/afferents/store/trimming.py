@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,6 +153,25 @@ def with_steady(recordings: Iterable[Responses], steady: Steady | None) -> list[
     if steady is None:
         return list(recordings)
     return [r.assign_attrs(steady_s=json.dumps(list(steady))) for r in recordings]
+
+
+PAST_END_S = 0.5
+"""So far a declared part may reach past the end: clips lack a frame or a tenth of a second."""
+
+
+def require_reached(path: Path, length_s: float, steady_s: Steady, do: str) -> None:
+    """Refuse a file that ends, by more than clips lack, before the declared constant speed does.
+
+    Raises
+    ------
+    InputError
+        Naming the file; `do` is what to do.
+    """
+    if length_s < steady_s[1] - PAST_END_S:
+        raise InputError(
+            f"{path}: expected at least {steady_s[1]:g} s, to the end of steady_s, found "
+            f"{length_s:.2f} s; {do}"
+        )
 
 
 def require_within(responses: Responses, variable: str, steady: Steady | None) -> None:
