@@ -111,12 +111,9 @@ class Described(DataSet):
         places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
         for place in (place for place in places if place.is_dir()):
             for path in place.glob("/".join(["*"] * self.form.files.depth)):
-                inner = path.relative_to(place)
-                said = (
-                    None
-                    if is_hidden(inner)
-                    else self.form.files.values(inner.as_posix(), self.path)
-                )
+                if is_hidden(inner := path.relative_to(place)):
+                    continue
+                said = self.form.files.values(inner.as_posix(), self.path)
                 if said is not None and path.is_file():
                     yield path, said
 
