@@ -3,7 +3,7 @@
     python scripts/make_results.py                 all parts, in order
     python scripts/make_results.py PART [PART ...] these alone; `list` names them
 
-A part takes an hour at most on two cores. It leaves what it found in `docs/results/rig/PART.json`
+A part takes an hour at most on two cores (`images-paper` some 80 minutes). It leaves what it found in `docs/results/rig/PART.json`
 (with commit, day, machine and commands) and commits that file. A part whose file is there is not
 run again; one that was stopped goes on where it was, since `evaluate` does. Sessions, stores and
 results lie in `out/results`, what the commands print in `out/results/log.txt`.
@@ -105,7 +105,9 @@ def parts() -> Iterator[Part]:
     for name, options in CAUSES.items():
         yield store_of(name, 11, *options)
         yield evaluated(f"vibration-{name}", name, vibration)
-    yield evaluated("vibration-paper", "S11", vibration, "--preset", "paper", "--protocol", "both")
+    paper = ("--preset", "paper")
+    yield evaluated("vibration-paper", "S11", vibration, *paper, "--protocol", "both")
+    yield evaluated("images-paper", "S11", "sa-se", *paper, "--held-out", "10,50,100")
     for sensor in ("hex331", "radial127"):
         yield store_of(sensor, 11, "--sensor", sensor)
         yield evaluated(f"ours-{sensor}", sensor, "sa-wave-vector,ra-wave-vector,sa-local")
