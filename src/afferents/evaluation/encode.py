@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
 from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
+from afferents.parallel import side_by_side
 from afferents.progress import Progress
 from afferents.store.responses import Responses, labelled, read_whole, speed_of
 
@@ -257,8 +258,9 @@ def encode_all(
     progress: Progress,
     ablation: Ablation | None = None,
     corruption: Corruption | None = None,
+    workers: int | None = 1,
 ) -> Samples:
-    """Encode every recording and join the samples; see `encode`.
+    """Encode every recording, in so many processes, and join the samples; see `encode`.
 
     Raises
     ------
@@ -267,12 +269,15 @@ def encode_all(
     """
     _require_one_frame_rate(recordings, source)
     label = f"encoding {source.channel.name} {source.encoding.name}"
-    return concatenate(
-        [
-            encode(responses, source, cut, ablation, corruption)
-            for responses in progress.track(recordings, label, len(recordings))
-        ]
-    )
+    how = source, cut, ablation, corruption
+    jobs = ((number, responses, *how) for number, responses in enumerate(recordings))
+    found = side_by_side(_encode_numbered, jobs, workers, progress.note)
+    by_number = dict(progress.track(found, label, len(recordings)))
+    return concatenate([by_number[number] for number in range(len(recordings))])
+
+
+def _encode_numbered(number: int, *job: Any) -> tuple[int, Samples]:
+    return number, encode(*job)
 
 
 def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> None:
@@ -301,8 +306,10 @@ def encode_variants(
     progress: Progress,
     ablation: Ablation,
     corruptions: Corruptions,
+    workers: int | None = 1,
 ) -> Samples:
     """Encode every recording; in variants where others are tested than are learnt from."""
     each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
-    learnt, *tested = (encode_all(recordings, source, cut, progress, ablation, d) for d in each)
+    how = source, cut, progress, ablation
+    learnt, *tested = (encode_all(recordings, *how, one, workers) for one in each)
     return in_variants(learnt, tested) if tested else learnt

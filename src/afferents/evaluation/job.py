@@ -168,9 +168,10 @@ def encoded(
     sources: Sequence[Source],
     recordings: Sequence[Responses],
     progress: Progress,
+    workers: int | None = 1,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from, and are tested on."""
-    how = recipe.options.cut, progress, recipe.options.ablation, recipe.corruptions
+    how = recipe.options.cut, progress, recipe.options.ablation, recipe.corruptions, workers
     samples = (encode_variants(recordings, source, *how) for source in sources)
     return tuple(recipe.split.labelled(one, recordings) for one in samples)
 

@@ -281,10 +281,11 @@ def run_jobs(
         far = [(sent, key) for key in keys]
         yield from on_cluster(run_far_job, far, evaluation.options.cluster, recipe.out)
         return
-    samples = encoded(recipe, sources_of(model, recipe.encodings), recordings, progress)
+    sources, workers = sources_of(model, recipe.encodings), evaluation.options.workers
+    samples = encoded(recipe, sources, recordings, progress, workers)
     opened_again(recipe)  # hours may have gone by: samples of changed data are refused
     jobs = ((recipe, key, samples) for key in keys)
-    yield from side_by_side(run_job, jobs, evaluation.options.workers, progress.note)
+    yield from side_by_side(run_job, jobs, workers, progress.note)
 
 
 def summarise_folder(

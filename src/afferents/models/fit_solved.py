@@ -4,7 +4,7 @@ Beside that, what a discriminant takes samples of groups not learnt from for. It
 every group's sums are made once; nothing is chosen on the data that are asked.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -26,9 +26,11 @@ from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solve
 from afferents.models.learning_set import mean_within, of_features
 from afferents.models.model import MODELS, Model
 from afferents.models.solved import (
+    Discriminant,
     Gram,
     JointFusion,
     LateFusion,
+    Ridge,
     Rows,
     equal_weights,
     log_probabilities,
@@ -205,48 +207,80 @@ def pick_penalty(
 
     Beside it the temperature, and log-probabilities of the samples learnt without their own group.
     """
-    labels = labels_of(part.samples)
-    tried = [(one, *_unseen(classifier, part, labels, learnt_from, seed, one)) for one in penalties]
-    return min(tried, key=lambda one: cross_entropy(one[2], labels[learnt_from]))
-
-
-def _unseen(
-    classifier: Solved,
-    part: Part,
-    labels: Indices,
-    learnt_from: Indices,
-    seed: int,
-    penalty: float,
-) -> tuple[float, Floats]:
-    """Return a temperature, and log-probabilities of samples learnt without their own group."""
     samples, split = part.samples, part.fold.split
+    labels, n_textures = labels_of(samples), len(textures_of(samples))
     group, many = split.of(samples)[learnt_from], split.many
     if len(np.unique(group)) < 2:
         raise InputError(
             f"the data: expected at least 2 {many} to learn from, as each is left out in its "
             f"turn, found 1; use more {many}, or a model of Table 1"
         )
-    scores: list[tuple[Indices, Tensor]] = []
+    learn_without = _leaving_out(classifier, samples, labels, learnt_from, seed, split)
+    scores: dict[float, list[tuple[Indices, Tensor]]] = {penalty: [] for penalty in penalties}
     for left_out in np.unique(group):
-        its = np.flatnonzero(group == left_out)
-        others = learnt_from[~split.sharing(group, left_out)]
-        if not len(others):
+        its, gone = np.flatnonzero(group == left_out), split.sharing(group, left_out)
+        if gone.all():
             expected = f"{many} that share neither with any that is left out in its turn"
             found = f"none for {split.printed(left_out)}"
             raise InputError(
                 f"the data: expected {expected}, found {found}; use more, or a model of Table 1"
             )
-        learn(classifier, samples, labels, others, seed, penalty, split)
-        scores.append((its, scores_of(classifier, samples, learnt_from[its])))
+        learn_with = learn_without(gone)
+        for penalty, of_groups in scores.items():
+            learn_with(penalty)
+            of_groups.append((its, scores_of(classifier, samples, learnt_from[its])))
+    named = labels[learnt_from]
+    tried = [(one, *_calibrated(found, named, n_textures)) for one, found in scores.items()]
+    return min(tried, key=lambda one: cross_entropy(one[2], named))
 
-    def unseen_at(temperature: float) -> Floats:
-        logs = np.empty((len(learnt_from), len(textures_of(samples))))
+
+def _leaving_out(
+    classifier: Solved,
+    samples: Samples,
+    labels: Indices,
+    index: Indices,
+    seed: int,
+    split: Split,
+) -> Callable[[NDArray[np.bool_]], Callable[[float], None]]:
+    """Return what takes some of the samples away, and gives what learns the rest with a penalty.
+
+    Sums of the samples are made once for all penalties, and where they add up those of the samples
+    that are gone are taken from those of all.
+    """
+    everything = whole = None
+    if isinstance(classifier, Discriminant):
+        everything = _data_of(samples, labels, index, split)
+        whole = classifier.sums_of(everything)
+
+    def learn_without(gone: NDArray[np.bool_]) -> Callable[[float], None]:
+        others = index[~gone]
+        if not isinstance(classifier, Ridge):
+            return lambda penalty: learn(classifier, samples, labels, others, seed, penalty, split)
+        if everything is None or not isinstance(whole, Gram):
+            learnt = classifier.sums_of(_data_of(samples, labels, others, split))
+        else:
+            its = FitData(*(one[torch.from_numpy(gone)] for one in everything))
+            away = classifier.sums_of(its, len(index))
+            assert isinstance(away, Gram)
+            learnt = whole - away
+        return lambda penalty: classifier.solve_sums(learnt, penalty)
+
+    return learn_without
+
+
+def _calibrated(
+    scores: Sequence[tuple[Indices, Tensor]], named: Indices, n_textures: int
+) -> tuple[float, Floats]:
+    """Return the temperature that suits scores of samples best, and log-probabilities at it."""
+
+    def at(temperature: float) -> Floats:
+        logs = np.empty((len(named), n_textures))
         for its, of_group in scores:
             logs[its] = _at_temperature(of_group, temperature)
         return logs
 
-    temperature = fit_temperature(unseen_at, labels[learnt_from])
-    return temperature, unseen_at(temperature)
+    temperature = fit_temperature(at, named)
+    return temperature, at(temperature)
 
 
 def learn(
@@ -262,11 +296,15 @@ def learn(
 
     Every texture counts the same in each group of the split.
     """
+    data = _data_of(samples, labels, index, split)
+    classifier.solve(data, np.random.default_rng(seed), penalty)
+
+
+def _data_of(samples: Samples, labels: Indices, index: Indices, split: Split) -> FitData:
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
     _, group = np.unique(split.of(samples)[index], return_inverse=True)
-    data = FitData(values, named, equal_weights(named, torch.from_numpy(group)), speed)
-    classifier.solve(data, np.random.default_rng(seed), penalty)
+    return FitData(values, named, equal_weights(named, torch.from_numpy(group)), speed)
 
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:

@@ -237,12 +237,22 @@ class Ridge(Solved):
 
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn from samples, in place; the speeds tell nothing."""
-        flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
+        self.solve_sums(self.sums_of(data), penalty)
+
+    def sums_of(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
+        """Return all that it learns from samples, whatever the penalty; standardise by them."""
+        flat = data.values.flatten(1)
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
-        targets = nn.functional.one_hot(data.labels, linear.out_features)
-        learnt = sums(self.last_features(data.values), targets, data.weight)
-        solved, constant = learnt.solve(penalty)
-        linear.weight.copy_(solved.T)
+        targets = nn.functional.one_hot(data.labels, self.n_last)
+        return sums(self.last_features(data.values), targets, data.weight, n_samples)
+
+    def solve_sums(self, learnt: Gram | Rows, penalty: float) -> None:
+        """Learn from the sums of samples, in place."""
+        self._take(*learnt.solve(penalty))
+
+    def _take(self, weight: Tensor, constant: Tensor) -> None:
+        linear = cast("nn.Linear", self.dense[0])
+        linear.weight.copy_(weight.T)
         linear.bias.copy_(constant)
 
     def last_features(self, samples: Tensor) -> Tensor:
@@ -318,13 +328,14 @@ class Discriminant(Ridge):
     penalties = (0.01, 0.1, 1.0)
     learns_from_sums = False
 
-    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
-        """Learn from samples, in place; the speeds tell nothing."""
-        flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
-        targets = nn.functional.one_hot(data.labels, linear.out_features)
-        solved, constant = sums(flat, targets, data.weight).solve_as_discriminant(penalty)
-        linear.weight.copy_(solved.T)
-        linear.bias.copy_(constant)
+    def sums_of(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
+        """Return all that it learns from samples; those of several, `n_samples` in all, add up."""
+        targets = nn.functional.one_hot(data.labels, self.n_last)
+        return sums(data.values.flatten(1), targets, data.weight, n_samples)
+
+    def solve_sums(self, learnt: Gram | Rows, penalty: float) -> None:
+        """Learn from the sums of samples, in place."""
+        self._take(*learnt.solve_as_discriminant(penalty))
 
 
 # Fusion: what several models of one touch say together.

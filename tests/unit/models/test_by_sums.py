@@ -1,8 +1,17 @@
 """What is named at a speed knows nothing of that speed."""
 
 import numpy as np
+import pytest
+import torch
+import xarray as xr
 
-from afferents.models.fit_solved import named_when_left_out
+from afferents import dims
+from afferents.encodings.samples import labels_of
+from afferents.folds.protocol import Fold
+from afferents.models.confidence import cross_entropy
+from afferents.models.fit_solved import learn, named_when_left_out, pick_penalty, scores_of
+from afferents.models.fitted import Part
+from afferents.models.solved import Discriminant, Ridge, log_probabilities
 
 
 def data(seed=0):
@@ -29,3 +38,47 @@ def test_the_group_left_out_is_not_learnt_from():
     after = named_when_left_out(values, mislabelled, groups, ALL)[0]
     np.testing.assert_array_equal(after[groups == 1], before[groups == 1])
     assert (after != before).any()
+
+
+def sampled(n_features, seed=0):
+    """Samples of three textures at four speeds, unequally many; an offset stands in each value."""
+    values, labels, groups = data(seed)
+    rng = np.random.default_rng(seed)
+    more = rng.normal(size=(180, n_features)).astype(np.float32)
+    more[:, : values.shape[1]] += values
+    kept = rng.random(180) < 0.8
+    coords = {
+        dims.TEXTURE: (dims.SAMPLE, np.array(["a", "b", "c"])[labels][kept]),
+        dims.SPEED: (dims.SAMPLE, np.array([10.0, 20.0, 30.0])[groups][kept]),
+    }
+    return xr.DataArray((more + 5)[kept], coords, (dims.SAMPLE, dims.FEATURE))
+
+
+@pytest.mark.parametrize("kind", [Discriminant, Ridge])
+@pytest.mark.parametrize("n_features", [12, 400])
+def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_features):
+    samples = sampled(n_features)
+    everything, labels = np.arange(len(samples)), labels_of(samples)
+    fold = Fold(10.0, 20.0, everything, everything[:0], everything[:0])
+    part, penalties = Part(samples, fold, None), (0.1, 1.0, 10.0)
+    found = pick_penalty(kind(3, (n_features,)), part, everything, 0, penalties)
+
+    def anew(penalty):
+        classifier, scores = kind(3, (n_features,)), np.empty((len(samples), 3), np.float32)
+        for group in (10.0, 20.0, 30.0):
+            its = samples[dims.SPEED].values == group
+            learn(classifier, samples, labels, everything[~its], 0, penalty)
+            scores[its] = scores_of(classifier, samples, everything[its])
+        return scores
+
+    expected = log_probabilities(torch.from_numpy(anew(found[0])).double(), found[1]).numpy()
+    np.testing.assert_allclose(found[2], expected, atol=1e-3)
+    worst = [cross_entropy_of(anew(penalty), labels) for penalty in penalties]
+    assert penalties[int(np.argmin(worst))] == found[0]
+
+
+def cross_entropy_of(scores, labels):
+    """The least that any temperature gives."""
+    scores = torch.from_numpy(scores).double()
+    at = (log_probabilities(scores, t).numpy() for t in np.geomspace(1e-2, 1e2, 400))
+    return min(cross_entropy(logs, labels) for logs in at)
