@@ -2,9 +2,9 @@
 
 import json
 import math
-import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,13 +14,6 @@ from afferents.errors import InputError, then
 
 LARGEST = {"JSON": 64 << 20, "TOML": 1 << 20}
 """Bytes that are read of a file; what people write by hand is small."""
-DEEPEST = 64
-"""Levels of lists and tables: far more than anybody writes, far fewer than Python can follow."""
-
-_DIGITS = 300
-"""Of an integer, so that it can be taken for a float as well."""
-_DECIMAL = re.compile(r"[0-9]\.[0-9]|\"[^\"]*\"|'[^']*'")
-"""Where a dot stands that parts no key: in numbers and in quotes."""
 _SHOWN = 60
 
 Form = TypeVar("Form", bound=BaseModel)
@@ -39,15 +32,15 @@ def read_json(path: Path, what: str, do: str = "") -> dict[str, Any]:
     InputError
         If the file is missing, damaged, too large, or holds something other than an object.
     """
-    content = _read("JSON", path, what, do)
+    content = _parsed("JSON", _content("JSON", path, what, do), path, what, do)
     if not isinstance(content, dict):
-        raise InputError(f"{path}: expected {what}, found {_named(content)}, no object{then(do)}")
+        raise InputError(f"{path}: expected {what}, found JSON that is no object{then(do)}")
     return content
 
 
 def read_toml(path: Path, what: str, do: str = "") -> dict[str, Any]:
     """Read a TOML file; see `read_json`."""
-    content: dict[str, Any] = _read("TOML", path, what, do)
+    content: dict[str, Any] = _parsed("TOML", _content("TOML", path, what, do), path, what, do)
     return content
 
 
@@ -84,10 +77,6 @@ def read_checked(path: Path, form: type[BaseModel], what: str, do: str = "") -> 
     return content
 
 
-def _read(kind: str, path: Path, what: str, do: str) -> Any:
-    return _parsed(kind, _content(kind, path, what, do), path, what, do)
-
-
 def _content(kind: str, path: Path, what: str, do: str) -> bytes:
     """Return what is in a file of bounded size; nothing waits for what is no file."""
     try:
@@ -107,82 +96,34 @@ def _content(kind: str, path: Path, what: str, do: str) -> bytes:
 
 
 def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
-    """Return what a text says that is in bounds."""
+    """Return what a text says."""
     try:
-        content = _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
-        fault = next(_faults(kind, content), None)
-    except UnicodeDecodeError as error:
-        fault = f"text that is not UTF-8, at byte {error.start}"
-    except RecursionError:
-        fault = f"more than {DEEPEST} levels of lists and tables"
+        return _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
     except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{where}: expected {what}, found a damaged file, no {kind} ({error}){then(do)}"
-        ) from error
-    if fault:
-        raise InputError(f"{where}: expected {what}, found {fault}{then(do)}")
-    return content
+        found = f"a damaged file, no {kind} ({error})"
+    except RecursionError:
+        found = "lists and tables that lie too deep in one another"
+    raise InputError(f"{where}: expected {what}, found {found}{then(do)}")
 
 
-def _json(text: Any) -> Any:
-    return json.loads(text, parse_int=_integer)
+def _number(text: str, may_be_infinite: bool) -> float:
+    """Return a number that is one; a sensor file in TOML may say ``inf`` of a radius."""
+    number = float(text)
+    if math.isnan(number) or (math.isinf(number) and not may_be_infinite):
+        raise ValueError(f"{text}, no finite number")
+    return number
 
 
-def _toml(text: Any) -> Any:
-    if any(map(_has_deep_key, text.split("\n"))):
-        raise RecursionError
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        raise
-    except ValueError:  # of what looks like a number or a date
-        raise ValueError("a number or date that makes no sense") from None
-
-
-_PARSERS = {"JSON": _json, "TOML": _toml}
+_finite = partial(_number, may_be_infinite=False)
+_PARSERS: dict[str, Callable[[Any], Any]] = {
+    "JSON": partial(json.loads, parse_float=_finite, parse_constant=_finite),
+    "TOML": partial(tomllib.loads, parse_float=partial(_number, may_be_infinite=True)),
+}
 
 
 def quoted(text: str) -> str:
     """Return a text as a TOML file has it."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _has_deep_key(line: str) -> bool:
-    """Tell whether a line has a dotted key of very many parts, which takes tomllib hours."""
-    return _DECIMAL.sub("", line).count(".") > DEEPEST and not line.lstrip().startswith("#")
-
-
-def _integer(digits: str) -> int:
-    if len(digits) > _DIGITS:
-        raise ValueError(f"an integer of {len(digits)} digits")
-    return int(digits)
-
-
-def _named(content: object) -> str:
-    """Return what stands where an object should."""
-    kinds = {list: "a list", str: "a text", bool: "true or false", type(None): "null"}
-    return kinds.get(type(content), "a number")
-
-
-def _faults(kind: str, content: object) -> Iterator[str]:
-    """Yield what no document of ours holds: numbers that are none, and endless nesting.
-
-    A TOML file may say ``inf``, as a sensor file does of a radius; what it may be is its form's.
-    """
-    may_be = math.isinf if kind == "TOML" else (lambda _: False)
-    todo: list[tuple[str, int, object]] = [("", 0, content)]
-    while todo:
-        key, depth, value = todo.pop()
-        if depth > DEEPEST:
-            yield f"more than {DEEPEST} levels of lists and tables"
-        elif isinstance(value, dict):
-            todo += [(f"{key}.{name}" if key else name, depth + 1, v) for name, v in value.items()]
-        elif isinstance(value, list):
-            todo += [(f"{key}.{number}", depth + 1, v) for number, v in enumerate(value)]
-        elif isinstance(value, float) and not math.isfinite(value) and not may_be(value):
-            yield f"{key} = {value:g}, no finite number"
-        elif isinstance(value, int) and abs(value) > 10**_DIGITS:
-            yield f"an integer of more than {_DIGITS} digits, {key}"
 
 
 def _first_fault(

@@ -86,7 +86,7 @@ def test_plans_add_up_once_something_is_kept(tmp_path):
     [
         ("plan.json", {"workers": 1, "cluster": None, "jobs": [{"model": "../x"}]}, "jobs.0.model"),
         (f"{FOLDER}/10.running", {"host": "h", "pid": 1 << 40, "since": 0}, "pid: less than"),
-        (f"{FOLDER}/10.failed", [], "found a list, no object"),
+        (f"{FOLDER}/10.failed", [], "found JSON that is no object"),
     ],
 )
 def test_marks_and_plans_that_make_no_sense_are_named(tmp_path, name, content, said):

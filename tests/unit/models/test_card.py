@@ -41,7 +41,7 @@ WIDE = {"shape": [2, 1000, 1000]}
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"scale": float("nan")}, "found scale = nan"),
+        ({"scale": float("nan")}, "(NaN, no finite number)"),
         ({"textures": ["0", "0"]}, "textures must each have a name of its own"),
         (WIDE, "shape must make at most 1000000 values a sample"),
         ({"sensor": None}, "sensor must be given for ra-wave-vector, or sample_rate_hz"),
