@@ -19,7 +19,7 @@ for page in WITH_COMMANDS:
         PLACES.setdefault(one.text, []).append(f"{page.name}:{one.line}")
 
 VIEWER = "needs the extra view, which dev leaves out: test_all_of_a_session_and_its_store"
-FETCHED = "fetches from a server; from one of ours: test_from_a_doi_to_its_files"
+FETCHED = "fetches from a server; from one of ours: test_from_a_folder_to_its_files"
 HUB = "fetches from a server; from one of ours: test_a_folder_of_the_hub"
 CLUSTER = "needs the set; on files of its form: test_the_cluster_set_is_learnt_from"
 NTP = "needs the set; on files of its form: " + (

@@ -12,8 +12,6 @@ from afferents.recordings.fetch.archives import ARCHIVES
 from ..films import write_film
 from .served_files import serving
 
-PESTELL = ARCHIVES["pestell2022"]
-
 
 def _encode(path, size=(64, 48), n_frames=12, ticks_ms=None, colour=False, noise=False, **how):
     """Encode a grey (or coloured) ramp, or noise, that shifts by 2 px a frame."""
@@ -63,14 +61,14 @@ def write_session(tmp_path):
 
 @pytest.fixture
 def site(monkeypatch):
-    """A web server with the page of a data set."""
+    """A web server."""
     monkeypatch.setattr(download, "WAIT_S", 0.0)
     with serving() as found:
-        found.moved = {"/doi": f"/data/dataset/{PESTELL.key}"}
+        found.moved = {"/old": "/datasets/mine/"}
         yield found
 
 
 @pytest.fixture
 def archive(site):
     """The data set of the paper, at that server."""
-    return replace(PESTELL, url=f"{site.url}/doi", page=f"{site.url}/doi")
+    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/datasets/mine/")

@@ -17,8 +17,7 @@ from afferents.recordings.fetch.archives import ARCHIVES, format_manifest, read_
 from ...limits import files_no_larger_than
 from .served_files import go, here
 
-KEY = ARCHIVES["pestell2022"].key
-BASE = f"/datasets/{KEY}/"
+BASE = "/datasets/mine/"
 RNG = np.random.default_rng(0)
 FILES = {
     "readme.txt": b"what it is",
@@ -29,25 +28,23 @@ FILES = {
 }
 VIDEO = "0/10/video.mp4"
 PIECE = 1 << 16
-LICENCE = '<a rel="license" href="http://www.nationalarchives.gov.uk/doc/x">Non-commercial</a>'
 
 
 @pytest.fixture(autouse=True)
 def listed(site):
-    """Serve each file, and a page that leads to them."""
+    """Serve each file, in folders that list them."""
     site.files = {BASE + name: content for name, content in FILES.items()}
-    site.pages = {f"/data/dataset/{KEY}": f'{LICENCE} <a href="{BASE}">All files</a>'}
 
 
-def test_from_a_doi_to_its_files(site, archive, tmp_path):
+def test_from_a_folder_to_its_files(site, archive, tmp_path):
     site.files |= {BASE + ".DS_Store": b"x", BASE + "0/10/._audio.wav": b"x"}  # left by systems
     plan, found = go(archive, tmp_path / "d")
     assert here(tmp_path / "d") == FILES
     assert (found.fetched, found.kept) == (len(FILES), 0)
     assert found.n_bytes == sum(map(len, FILES.values()))
     said = " ".join(plan.describe())
-    assert "Licence: Non-commercial." in said
-    assert f"5 file(s), 335.0 kB, listed by {site.url}/data/dataset/{KEY}." in said
+    assert f"Licence: named by {archive.page}; read it before" in said
+    assert f"5 file(s), 335.0 kB, listed by {site.url}{BASE}." in said
     assert "not been tried against the real server" in said
     listed = read_manifest(tmp_path / "d" / fetching.CHECKSUMS, "http://x/")
     assert {f.path: f.sha256 for f in listed} == {
@@ -71,23 +68,22 @@ def test_a_second_time_all_is_checked_and_kept(site, archive, tmp_path):
 @pytest.mark.parametrize(
     "page",
     [
-        "",  # no link at all: the folder is asked by its name
-        f'<a href="{BASE}0/">0</a> <a href="{BASE}0.5/">0.5</a> <a href="{BASE}readme.txt">r</a>',
-        " ".join(f'<a href="..{BASE}{name.replace(" ", "%20")}">x</a>' for name in FILES),
+        "<A HREF='0/'>0</A> <a class=x href=0.5/>0.5</a> <a href='readme.txt'>r</a>",
+        " ".join(f'<a href="{BASE}{name.replace(" ", "%20")}#top">x</a>' for name in FILES),
+        '<a title="&amp;" href="0&#47;">0</a> <a href="../0.5/">up</a>'
+        ' <a href="./0.5/">0.5</a> <a href="readme.txt?C=N">N</a> <a href="readme.txt">r</a>',
     ],
-    ids=["none", "folders", "files"],
 )
-def test_pages_as_they_may_be(site, archive, tmp_path, page):
-    site.pages = {f"/data/dataset/{KEY}": page.replace("../", "../../")}
+def test_pages_as_servers_write_them(site, archive, tmp_path, page):
+    site.pages = {BASE: page}
     go(archive, tmp_path)
     assert here(tmp_path) == FILES
 
 
 def test_a_folder_of_another_server_and_a_manifest_as_a_way_round(site, archive, tmp_path):
     url = f"{site.url}{BASE}"
-    plan, _ = go(archive, tmp_path / "c", url=url)
+    plan, _ = go(archive, tmp_path / "c", url=f"{site.url}/old")  # which leads there
     assert here(tmp_path / "c") == FILES
-    assert "not named by" in " ".join(plan.describe())
     assert "real server" not in " ".join(plan.describe())
     lines = [f"{sha256(content).hexdigest()}  {name}\n" for name, content in FILES.items()]
     (tmp_path / "sums").write_text("".join(lines))
@@ -183,7 +179,7 @@ def test_what_is_no_list_is_refused(tmp_path):
 def test_a_server_that_has_nothing(site, archive, tmp_path):
     site.files = {}
     with pytest.raises(
-        InputError, match=r"links to the data set's files, or to one .*, found none; .*--manifest"
+        InputError, match=r"a folder that lists the .* files, found none in it; .*--manifest"
     ):
         go(archive, tmp_path)
     with pytest.raises(InputError, match="expected an answer, found 404 Not Found"):

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.recordings.fetch.archives import ARCHIVES, read_manifest
+from afferents.recordings.fetch.archives import read_manifest
 from afferents.recordings.fetch.fetch import CHECKSUMS
 
 from ...limits import files_no_larger_than
 from .served_files import go, here
 
-KEY = ARCHIVES["pestell2022"].key
+KEY = "mine"
 PACKED = f"/datasets/tar/{KEY}"
 PIECE = 1 << 16
 RNG = np.random.default_rng(0)
@@ -63,10 +63,9 @@ def link(name, target, kind):
 
 
 def offer(site, content, ending=".zip"):
-    """Serve an archive, and a landing page with a link to it and to nothing else of the data."""
+    """Serve an archive, to be asked for by its address."""
     site.files = {PACKED + ending: content}
-    page = f'<a href="/about.html">About</a> <a href="{PACKED}{ending}">Complete download</a>'
-    site.pages = {f"/data/dataset/{KEY}": page}
+    site.offered = f"{site.url}{PACKED}{ending}"
 
 
 @pytest.mark.parametrize(
@@ -79,9 +78,9 @@ def offer(site, content, ending=".zip"):
     ],
     ids=["zip", "zip without a folder", "tar", "tar.gz"],
 )
-def test_from_a_page_with_an_archive_only_to_its_files(site, archive, tmp_path, content, ending):
+def test_from_an_archive_to_its_files(site, archive, tmp_path, content, ending):
     offer(site, content, ending)
-    plan, found = go(archive, tmp_path)
+    plan, found = go(archive, tmp_path, url=site.offered)
     assert here(tmp_path) == FILES  # the archive is gone
     assert (found.fetched, found.kept) == (len(FILES), 0)
     assert found.n_bytes == sum(map(len, FILES.values()))
@@ -97,44 +96,25 @@ def test_from_a_page_with_an_archive_only_to_its_files(site, archive, tmp_path, 
 
 def test_what_was_lost_is_unpacked_again_beside_what_is_there(site, archive, tmp_path):
     offer(site, zipped(FILES))
-    go(archive, tmp_path)
+    go(archive, tmp_path, url=site.offered)
     site.asked.clear()
-    _, found = go(archive, tmp_path)
+    _, found = go(archive, tmp_path, url=site.offered)
     assert (found.fetched, found.kept) == (0, len(FILES))
     assert not site.bytes_sent(f"{PACKED}.zip")
     lost = tmp_path / "readme.txt"
     lost.unlink()
     offer(site, zipped(FILES, compression=zipfile.ZIP_DEFLATED))  # packed anew: other bytes
-    _, found = go(archive, tmp_path)
+    _, found = go(archive, tmp_path, url=site.offered)
     assert (found.fetched, found.kept) == (1, len(FILES) - 1)
     assert here(tmp_path) == FILES
     lost.unlink()
     offer(site, zipped(FILES | {"readme.txt": b"changed"}))
     with pytest.raises(InputError, match=r"readme.txt: .*another noted .*has changed"):
-        go(archive, tmp_path)
+        go(archive, tmp_path, url=site.offered)
     assert not lost.exists()
     lost.write_text("another")
     with pytest.raises(InputError, match=r"readme.txt: expected the file that is listed"):
-        go(archive, tmp_path)
-
-
-def test_of_several_archives_that_of_the_data_set_is_taken_and_files_before_any(
-    site, archive, tmp_path
-):
-    offer(site, zipped(FILES))
-    page = f"/data/dataset/{KEY}"
-    site.pages[page] += '<a href="/tools.zip">Tools</a>'
-    go(archive, tmp_path / "d")
-    assert here(tmp_path / "d") == FILES
-    site.asked.clear()
-    site.files |= {f"/datasets/{KEY}/{name}": content for name, content in FILES.items()}
-    site.pages[page] += f'<a href="/datasets/{KEY}/">Files</a>'
-    go(archive, tmp_path / "f")
-    assert here(tmp_path / "f") == FILES
-    assert not site.bytes_sent(f"{PACKED}.zip")
-    site.pages[page] = '<a href="/a.zip">a</a> <a href="/b.zip">b</a>'
-    with pytest.raises(InputError, match=r"one archive of them, found 2 archives of other names"):
-        go(archive, tmp_path / "e")
+        go(archive, tmp_path, url=site.offered)
 
 
 def changed(content):
@@ -159,7 +139,7 @@ def test_of_a_damaged_archive_nothing_is_unpacked(site, archive, tmp_path, conte
     offer(site, content, ending)
     expected = rf"{KEY}{ending}: expected a whole archive.*found damage \(.*remove it and run"
     with pytest.raises(InputError, match=expected) as caught:
-        go(archive, tmp_path)
+        go(archive, tmp_path, url=site.offered)
     assert "\n" not in str(caught.value)
     assert here(tmp_path) == {f"{KEY}{ending}": content}
 
@@ -191,7 +171,7 @@ def locked():
 def test_what_is_no_ordinary_file_is_refused(site, archive, tmp_path, content, ending):
     offer(site, content, ending)
     with pytest.raises(InputError, match=rf"{KEY}.*: expected .*found"):
-        go(archive, tmp_path / "d")
+        go(archive, tmp_path / "d", url=site.offered)
     assert here(tmp_path) == {f"d/{KEY}{ending}": content}
 
 
@@ -206,7 +186,7 @@ def test_what_is_no_ordinary_file_is_refused(site, archive, tmp_path, content, e
 )
 def test_nothing_of_an_archive_leaves_the_folder(site, archive, tmp_path, content):
     offer(site, content)
-    go(archive, tmp_path / "d")
+    go(archive, tmp_path / "d", url=site.offered)
     assert all(name.startswith("d/") for name in here(tmp_path))
     assert not any(path.is_symlink() for path in tmp_path.rglob("*"))
 
@@ -216,14 +196,14 @@ def test_a_file_that_is_there_is_never_overwritten(site, archive, tmp_path):
     offer(site, packed)
     (tmp_path / "readme.txt").write_text("mine")
     with pytest.raises(InputError, match=r"readme.txt: expected the file that the archive holds"):
-        go(archive, tmp_path)
+        go(archive, tmp_path, url=site.offered)
     assert here(tmp_path) == {"readme.txt": b"mine", f"{KEY}.zip": packed}
 
 
 @pytest.mark.parametrize(
     ("content", "room", "left"),
     [
-        (zipped(FILES), "361.3 kB, the archive and what is in it, found", set()),
+        (zipped(FILES), "361.0 kB, the archive and what is in it, found", set()),
         (
             zipped({"zeros": bytes(1_000_000)}, compression=zipfile.ZIP_DEFLATED),
             "1.0 MB, what is in the archive, found 300.0 kB",
@@ -235,17 +215,17 @@ def test_a_disk_that_is_too_small(site, archive, tmp_path, monkeypatch, content,
     offer(site, content)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=300_000))
     with pytest.raises(InputError, match=f"room for {re.escape(room)}"):
-        go(archive, tmp_path)
+        go(archive, tmp_path, url=site.offered)
     assert set(here(tmp_path)) == left
 
 
 def test_a_disk_that_fills_up_while_unpacking(site, archive, tmp_path):
     offer(site, zipped({"0/10/zeros": bytes(200_000)}, compression=zipfile.ZIP_DEFLATED))
     with files_no_larger_than(100_000), pytest.raises(InputError, match="room and permission"):
-        go(archive, tmp_path)
+        go(archive, tmp_path, url=site.offered)
     assert set(here(tmp_path)) == {f"{KEY}.zip"}
     site.asked.clear()
-    go(archive, tmp_path)
+    go(archive, tmp_path, url=site.offered)
     assert here(tmp_path) == {"0/10/zeros": bytes(200_000)}
     assert not site.bytes_sent(f"{PACKED}.zip")  # it was here already
 

@@ -126,16 +126,12 @@ class Archive:
     page
         What a person reads of it.
     licence
-        As far as it is known here; where it is empty, the landing page is asked.
+        As far as it is known here.
     url
-        What is asked: a DOI's address, a landing page or a folder of a hub, or, with a `manifest`,
-        what the paths in that count from.
-    key
-        Its name on the server; see `listing.list_files`.
+        What is asked for its files, see `listing.list_files`, or, with a `manifest`, what the paths
+        in that count from.
     manifest
-        The list of its files in this package; None where the landing page lists them.
-    extent
-        What is known of its size.
+        The list of its files in this package; None where the server lists them.
     next_step
         What to do with it, with ``{folder}`` for where it is.
     """
@@ -146,9 +142,7 @@ class Archive:
     url: str
     next_step: str
     licence: str = ""
-    key: str = ""
     manifest: Path | None = None
-    extent: str = ""
 
 
 _ROWS = (
@@ -156,18 +150,17 @@ _ROWS = (
         "pestell2022",
         "Pestell & Lepora (2022), the recordings of the paper: 13 textures at 10 speeds",
         page="https://doi.org/10.5523/bris.3ex175ojw0ckt25icp6g6p9j12",
-        url="https://doi.org/10.5523/bris.3ex175ojw0ckt25icp6g6p9j12",
-        key="3ex175ojw0ckt25icp6g6p9j12",
+        url="https://data.bris.ac.uk/datasets/3ex175ojw0ckt25icp6g6p9j12/",
         next_step="afferents inspect {folder}",
     ),
     Archive(
         "fabricslide",
-        "FabricSlide, Wang et al. (2022): a capacitive finger slid over fabrics",
+        "FabricSlide, Wang et al. (2022): a capacitive finger slid over fabrics; its CSV files at "
+        f"commit {FABRICSLIDE_COMMIT[:10]}",
         page="https://github.com/wngfra/FabricSlide",
         url=f"https://raw.githubusercontent.com/wngfra/FabricSlide/{FABRICSLIDE_COMMIT}/",
         licence="MIT",
         manifest=Path(__file__).parent / "fabricslide.txt",
-        extent=f"its CSV files at commit {FABRICSLIDE_COMMIT[:10]}, nothing else of the repository",
         next_step="afferents inspect fabricslide:{folder}",
     ),
     *(

@@ -24,7 +24,7 @@ from afferents.recordings.fetch.archives import (
     read_manifest,
 )
 from afferents.recordings.fetch.download import download, part_of, size_here
-from afferents.recordings.fetch.listing import Listing, ask_sizes, import_web, list_files
+from afferents.recordings.fetch.listing import ask_sizes, import_web, list_files
 from afferents.recordings.fetch.unpack import is_packed, require_room, unpack
 
 CHECKSUMS = "afferents-checksums.txt"
@@ -43,22 +43,18 @@ class Plan:
         All of them, with what is known of sizes and checksums.
     here
         Paths of those that are here.
-    licence
-        Empty where nothing names one.
     page
         Where it was listed.
-    is_elsewhere, is_listed
-        Whether another address than the data set's own was given, and a list of files.
+    is_elsewhere
+        Whether another address than the data set's own was given.
     """
 
     archive: Archive
     folder: Path
     files: tuple[RemoteFile, ...]
     here: frozenset[str]
-    licence: str
     page: str
     is_elsewhere: bool
-    is_listed: bool
 
     @property
     def missing(self) -> list[RemoteFile]:
@@ -73,12 +69,11 @@ class Plan:
     def describe(self) -> list[str]:
         """Say what it is, how large, under which licence, and how sure all that is."""
         archive, missing = self.archive, self.missing
-        licence = self.licence or f"not named by {self.page}; read it there before you use them"
-        extent = f": {archive.extent}" if archive.extent and not self.is_listed else ""
+        licence = archive.licence or f"named by {archive.page}; read it before you use them"
         said = [
             f"{archive.title} ({archive.page}).",
             f"Licence: {licence}.",
-            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}{extent}.",
+            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}.",
         ]
         if self.here:
             said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
@@ -127,23 +122,22 @@ def plan_fetch(
         If nothing answers or lists them, or what is here is something else.
     """
     import_web()
-    where, listed = url or archive.url, manifest or archive.manifest
+    where = page = url or archive.url
+    listed = manifest or archive.manifest
     if listed is None:
-        listing = list_files(where, archive.key)
+        files = list_files(where)
     elif archive.manifest is None and url is None:
         expected = "--url as well, which says what the paths of the list count from"
         raise InputError(f"--manifest: expected {expected}, found none")
     else:
-        listing = Listing(read_manifest(listed, where), "", str(manifest or "this package"))
+        files, page = read_manifest(listed, where), str(manifest or "this package")
     noted = _read_noted(folder, where)
-    files = _unpacked_before(listing.files, noted, folder) or [
-        _with_noted(file, noted.get(file.path), folder) for file in listing.files
+    files = _unpacked_before(files, noted, folder) or [
+        _with_noted(file, noted.get(file.path), folder) for file in files
     ]
     sized = tuple(progress.track(ask_sizes(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
-    licence, elsewhere = listing.licence or archive.licence, url is not None
-    known = (sized, here, licence, listing.page, elsewhere, manifest is not None)
-    return Plan(archive, folder, *known)
+    return Plan(archive, folder, sized, here, page, is_elsewhere=url is not None)
 
 
 def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
@@ -278,8 +272,8 @@ def fetch(
     folder
         Where it goes.
     url
-        Another place where it is: a page or folder of a web server that lists its files, one
-        archive of them, or, with `manifest`, what the paths in that count from.
+        Another place where it is: a folder of a web server that lists its files, one archive of
+        them, or, with `manifest`, what the paths in that count from.
     manifest
         A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
     quiet

@@ -22,7 +22,7 @@ from afferents.progress import Progress
 from afferents.recordings.fetch.archives import RemoteFile
 
 ENDINGS = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz")
-"""Of archives that are taken; where a page offers several of one data set, the first of these."""
+"""Of archives that are taken."""
 _TAR_BLOCK = 512
 _OF_MACS = "__MACOSX"
 
