@@ -46,8 +46,7 @@ def writing_alone(folder: Path, command: str) -> Iterator[None]:
 
 
 def _take(lock: FileLock, folder: Path, command: str) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise _taken(folder, "a folder to write", "something else of that name")
+    _is_there(folder, "a folder to write")
     folder.mkdir(parents=True, exist_ok=True)
     try:
         lock.acquire(timeout=0)
@@ -149,13 +148,7 @@ def require_new_folder(folder: Path, what: str) -> None:
     InputError
         If something else stands there.
     """
-    if folder.is_symlink() and not folder.exists():
-        raise _taken(folder, what, "a link that leads nowhere")
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise _taken(folder, what, "something else of that name")
-    if any(entry.name != LOCK for entry in folder.iterdir()):
+    if _is_there(folder, what) and any(entry.name != LOCK for entry in folder.iterdir()):
         raise _taken(folder, what, "a folder that holds something else")
 
 
@@ -167,8 +160,7 @@ def require_picture_folder(folder: Path, *files: str) -> None:
     InputError
         Naming what else it holds.
     """
-    require_pictures_free(folder)
-    for entry in sorted(folder.iterdir()) if folder.exists() else ():
+    for entry in sorted(folder.iterdir()) if _is_there(folder, "pictures") else ():
         if not (entry.name in files or is_our_picture(entry)):
             raise InputError(
                 f"{folder}: expected a new or empty folder, or one of earlier pictures, to draw "
@@ -186,10 +178,7 @@ def require_pictures_free(folder: Path, *names: str) -> None:
     InputError
         Naming what is in the way.
     """
-    if folder.is_symlink() and not folder.exists():
-        raise _taken(folder, "pictures", "a link that leads nowhere")
-    if folder.exists() and not folder.is_dir():
-        raise _taken(folder, "pictures", "something that is no folder")
+    _is_there(folder, "pictures")
     for path in (folder / name for name in names):
         if path.is_symlink() or (path.exists() and not is_our_picture(path)):
             raise _taken(path, "a picture", "a file that holds something else")
@@ -204,6 +193,15 @@ def has_mark(path: Path, mark: str) -> bool:
     """Tell whether a file's first bytes hold our mark."""
     with path.open("rb") as file:
         return mark.encode() in file.read(_HEAD_BYTES)
+
+
+def _is_there(folder: Path, what: str) -> bool:
+    """Tell whether a folder is there; refuse what is none, and a link that leads nowhere."""
+    if folder.is_symlink() and not folder.exists():
+        raise _taken(folder, what, "a link that leads nowhere")
+    if folder.exists() and not folder.is_dir():
+        raise _taken(folder, what, "something that is no folder")
+    return folder.exists()
 
 
 def _refuse_what_is_read(target: Path, what: str, reads: Sequence[Path]) -> None:

@@ -3,7 +3,6 @@
 import ctypes
 import os
 import re
-import select
 import signal
 import socket
 import sys
@@ -11,7 +10,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext
 from importlib.metadata import version
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -156,9 +155,6 @@ def _prepare(caller: int) -> None:
 
 def _end_with(caller: int) -> None:
     """End this process when its caller is gone."""
-    if hasattr(os, "pidfd_open"):  # Linux says so at once
-        with suppress(OSError):
-            select.select([os.pidfd_open(caller)], [], [])
     while os.getppid() == caller:
         time.sleep(0.2)
     os._exit(1)

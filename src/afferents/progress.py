@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import timedelta
-from types import TracebackType
 from typing import IO, Any, Protocol, Self, TextIO, TypeVar, cast
 
 from rich import progress as bars
@@ -79,11 +78,6 @@ class Unfailing:
             self._stream.flush()
 
 
-def unfailing_stderr() -> IO[str]:
-    """Return stderr, where nothing fails."""
-    return cast("IO[str]", Unfailing(sys.stderr))
-
-
 def _nowhere() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123  for good
 
@@ -116,7 +110,8 @@ class Progress:
     """
 
     def __init__(self, quiet: bool = False) -> None:
-        console = Console(file=unfailing_stderr(), no_color=quiet, highlight=False, soft_wrap=True)
+        stderr = cast("IO[str]", Unfailing(sys.stderr))
+        console = Console(file=stderr, no_color=quiet, highlight=False, soft_wrap=True)
         self._bars = bars.Progress(
             bars.TextColumn("{task.description}"),
             bars.BarColumn(),
@@ -135,12 +130,7 @@ class Progress:
         """Drawing starts with the first task."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop drawing."""
         if self._bars.live.is_started:
             self._bars.stop()

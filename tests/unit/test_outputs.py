@@ -181,7 +181,7 @@ def test_a_process_that_was_killed_keeps_nobody_out(tmp_path):
 
 def test_a_file_where_the_folder_should_be(tmp_path):
     (tmp_path / "out").write_text("precious")
-    with pytest.raises(InputError, match="something else of that name"):
+    with pytest.raises(InputError, match="something that is no folder"):
         writing_alone(tmp_path / "out", "extract").__enter__()
     assert (tmp_path / "out").read_text() == "precious"
 

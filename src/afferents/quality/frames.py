@@ -357,13 +357,24 @@ def _beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bo
 
 def _share_again(change: Numbers) -> float:
     """Return the share of frames that repeat the one before, where something moves."""
-    padded = np.pad(change, AGAIN_WITHIN)
-    most = np.lib.stride_tricks.sliding_window_view(padded, AGAIN_WITHIN).max(axis=1)
-    around = np.minimum(most[: len(change)], most[AGAIN_WITHIN + 1 :][: len(change)])
+    around = _around(change, AGAIN_WITHIN)
     moves = around > MOVES_GREY
     if moves.mean() < ENOUGH_MOVES:
         return 0.0
     return float((change < AGAIN * around)[moves].mean())
+
+
+def _around(change: Numbers, within: int) -> Numbers:
+    """Return what frames changed at most shortly before and shortly after each, the less of both.
+
+    Parameters
+    ----------
+    within
+        Of how many frames on either side.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(change, within), within)
+    most: Numbers = windows.max(axis=1)
+    return np.minimum(most[: len(change)], most[within + 1 :][: len(change)])
 
 
 # Single frames that repeat the one before, and frames that are missing.
@@ -388,10 +399,7 @@ def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
         Of each frame from the one before, shape (n_frames,); the first is NaN.
     """
     filled = np.nan_to_num(change)
-    padded = np.pad(filled, 2)
-    before = np.maximum(padded[:-4], padded[1:-3])
-    after = np.maximum(padded[4:], padded[3:-1])
-    moved = np.minimum(before, after)
+    moved = _around(filled, 2)
     most = np.quantile(filled, 0.95) if len(filled) else 0.0
     return (filled < REPEATED_SHARE * moved) & (moved > MOVING * most) & ~np.isnan(change)
 
