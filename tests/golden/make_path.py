@@ -119,7 +119,7 @@ def predictions(results: Path) -> dict[str, object]:
 def reported(results: Path) -> dict[str, object]:
     """Numbers of the summary and of the first table, and the figures drawn."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
-    names = ("mean_accuracy", "ci95", "by_speed", "confusion", "n_test", "leaks")
+    names = ("mean_accuracy", "ci95", "by", "confusion", "n_test", "leaks")
     cells = (results / "table1.md").read_text(encoding="utf-8").split("|")
     return {
         "models": {

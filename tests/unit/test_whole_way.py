@@ -39,7 +39,7 @@ def test_all_models_both_protocols_then_a_report(stores, tmp_path, does, evaluat
     for entry in summary["models"].values():
         assert not any(entry["nested"]["leaks"].values())
         assert entry["published"]["leaks"]["test_samples_of_a_speed_seen_in_validation"] > 0
-        assert set(entry["nested"]["by_speed"]) == {"20", "40", "60"}
+        assert set(entry["nested"]["by"]) == {"20", "40", "60"}
         low, high = entry["nested"]["ci95"]
         assert 0 <= low <= entry["nested"]["mean_accuracy"] <= high <= 1
     # Frames 16 to 44 of 9 recordings: nested tests them all, published the odd ones.
@@ -59,7 +59,7 @@ def test_all_models_both_protocols_then_a_report(stores, tmp_path, does, evaluat
 def test_finished_folds_are_not_trained_again(stores, tmp_path, run, evaluate):
     results = tmp_path / "r"
     first = evaluate(stores["audio"], more=("--held-out", "20,60"))
-    assert list(first["models"]["vib-te"]["nested"]["by_speed"]) == ["20", "60"]
+    assert list(first["models"]["vib-te"]["nested"]["by"]) == ["20", "60"]
     assert first["options"] == ["--held-out", "20,60"]
     kept = results / "folds/vib-te/nested/seed-0/20/weights.safetensors"
     before = kept.stat().st_mtime_ns

@@ -77,4 +77,4 @@ def _asked(
         "predicted_texture": np.array(textures_of(samples))[named],
     })  # fmt: skip
     unit = bootstrap_unit_of(len(recipe.data), predictions)
-    return Accuracies(**accuracies_of(predictions, split, unit))
+    return Accuracies(**accuracies_of(predictions, unit))

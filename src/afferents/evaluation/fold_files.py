@@ -59,31 +59,22 @@ class FoldKey(Schema):
     seed: Count
     """Of the training."""
     split_name: SplitName = Field(default=SPEED.name, alias="split")
-    """With another split than by speed: its name."""
-    held_out_mm_s: Speed | None = None
-    """The speed held out, mm/s."""
-    held_out_group: GroupName | None = None
-    """With another split: the group held out."""
+    """By what was split: `speed`, or another split's name."""
+    held_out: Speed | GroupName
+    """The speed held out, mm/s; with another split the group."""
 
     @classmethod
     def of(
         cls, model: str, protocol: str, seed: int, held_out: Group, split: Split = SPEED
     ) -> "FoldKey":
         """Return the key of a fold."""
-        which = {} if split == SPEED else {"split": split.name}
-        whose = {"model": model, "protocol": protocol, "seed": seed}
-        return FoldKey(**whose, **which, **{split.held_out: held_out})
+        named = {"model": model, "protocol": protocol, "seed": seed, "split": split.name}
+        return FoldKey(**named, held_out=held_out)
 
     @property
     def split(self) -> Split:
         """What is held out: a speed, or a group of another split."""
         return split_named(self.split_name)
-
-    @property
-    def held_out(self) -> Group:
-        """The speed or group."""
-        found: Group = getattr(self, self.split.held_out)
-        return found
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
@@ -142,10 +133,8 @@ class FoldFacts(FoldKey):
     """The same with what was read and encoded for it."""
     prediction_ms: Amount | None = None
     """Of one test sample alone, median, ms; of models that can be asked so, under `nested`."""
-    validation_mm_s: Speed | None = None
-    """The speed that validated, mm/s."""
-    validation_group: GroupName | None = None
-    """With another split: the group that validated."""
+    validated_by: Speed | GroupName
+    """The speed that validated, mm/s; with another split the group."""
     validation_accuracy: Share
     """Of the weights that were kept."""
     epochs: Count
@@ -161,12 +150,6 @@ class FoldFacts(FoldKey):
     def key(self) -> FoldKey:
         """Of which fold."""
         return FoldKey.of(self.model, self.protocol, self.seed, self.held_out, self.split)
-
-    @property
-    def validated_by(self) -> Group:
-        """The speed or group that validated."""
-        found: Group = getattr(self, self.split.validation)
-        return found
 
 
 def read_facts(path: Path) -> FoldFacts:

@@ -1,8 +1,8 @@
 """What lies in the files of a results folder, as models that code passes about.
 
 Written by `evaluate`, read by `report`, `status`, `train`, and by `evaluate` itself when it goes
-on. Files say of speeds and of groups by different names (`by_speed`, `by_group`); the properties of
-these models are the same for both. Other keys may stand beside those that are listed.
+on. What is held out, a speed or a group of another split, has the same keys in all. Other keys may
+stand beside those that are listed.
 """
 
 from pathlib import Path
@@ -34,7 +34,7 @@ from afferents.folds.protocol import ProtocolName
 from afferents.models.card import Source
 from afferents.models.model import MODEL_NAME
 
-SCHEMA = 2
+SCHEMA = 3
 AGAIN = "evaluate again into another folder"
 
 Points = Annotated[float, Field(ge=-1, le=1)]
@@ -100,36 +100,15 @@ class Accuracies(Schema):
     """Accuracy of samples, recordings or touches: mean over what was held out, and in each."""
 
     mean_accuracy: Share
-    """Mean over held-out speeds (or groups) of the share of test samples recognised."""
+    """Mean over what was held out of the share of test samples recognised."""
     ci95: Shares
     """Its 95% interval, low and high."""
-    by_speed: dict[Key, Share] | None = None
-    """Accuracy by held-out speed (keys such as `"10"`)."""
-    by_group: dict[GroupName, Share] | None = None
-    """With another split: accuracy by held-out group."""
-    ci95_by_speed: dict[Key, Shares] | None = None
-    """Interval of each speed's accuracy."""
-    ci95_by_group: dict[GroupName, Shares] | None = None
-    """With another split: interval of each group's accuracy."""
-    worst_speed: str | None = None
-    """The speed where accuracy is lowest."""
-    worst_group: str | None = None
-    """With another split: the group where accuracy is lowest."""
-
-    @property
-    def by(self) -> dict[str, float]:
-        """Accuracy by what was held out."""
-        return (self.by_speed if self.by_group is None else self.by_group) or {}
-
-    @property
-    def ci95_by(self) -> dict[str, tuple[float, float]]:
-        """Interval by what was held out."""
-        return (self.ci95_by_speed if self.ci95_by_group is None else self.ci95_by_group) or {}
-
-    @property
-    def worst(self) -> str:
-        """What was held out where accuracy is lowest."""
-        return self.worst_speed or self.worst_group or ""
+    by: dict[GroupName, Share]
+    """Accuracy by what was held out: speeds in mm/s (keys such as `"10"`), or groups."""
+    ci95_by: dict[GroupName, Shares]
+    """Interval of each accuracy."""
+    worst: GroupName
+    """What was held out where accuracy is lowest."""
 
 
 class WithInside(Accuracies):
@@ -189,10 +168,8 @@ class Outcome(WithInside):
     """Test samples."""
     seeds: tuple[Count, ...]
     """Seeds of the trainings."""
-    validation_speeds: dict[Key, Speed] | None = None
-    """By held-out speed, the speed (mm/s) that validated."""
-    validation_groups: dict[GroupName, GroupName] | None = None
-    """With another split: by held-out group, the group that validated."""
+    validations: dict[GroupName, Speed | GroupName]
+    """By what was held out, the speed (mm/s) or group that validated."""
     validation_accuracy: dict[GroupName, tuple[Share, ...]]
     """By what was held out, one value a seed."""
     epochs: dict[GroupName, tuple[Count, ...]]
@@ -206,11 +183,6 @@ class Outcome(WithInside):
     """Seconds of training, all together."""
     leaks: dict[str, Counted]
     """Totals over folds; all 0 and false under `nested`."""
-
-    @property
-    def validations(self) -> dict[str, Group]:
-        """What validated, by what was held out."""
-        return {**(self.validation_speeds or {}), **(self.validation_groups or {})}
 
 
 class Difference(Schema):
@@ -272,7 +244,7 @@ class Intervals(Schema):
 class About(Schema):
     """What every summary says of the whole."""
 
-    schema_version: Literal[2] = Field(alias="schema")
+    schema_version: Literal[3] = Field(alias="schema")
     """Of the files."""
     afferents: str
     """The version that wrote it."""

@@ -43,7 +43,7 @@ from afferents.evaluation.schemas import (
     WithInside,
 )
 from afferents.files import write_aside
-from afferents.folds.held_out import SPEED, Split, key_of
+from afferents.folds.held_out import Split, key_of
 from afferents.store.responses import Responses, doubts_in, read_whole
 
 
@@ -163,8 +163,8 @@ def _outcome(
     recordings = name_recordings(predictions, textures)
     validated = {key_of(fact.held_out): fact.validated_by for fact in reversed(facts)}
     return Outcome(
-        **_with_inside(predictions, split, bootstrap_unit),
-        recordings=WithInside(**_with_inside(recordings, split, bootstrap_unit)),
+        **_with_inside(predictions, bootstrap_unit),
+        recordings=WithInside(**_with_inside(recordings, bootstrap_unit)),
         by_touch={
             f"{s:g}": _of_touches(predictions, textures, split, s, bootstrap_unit)
             for s in TOUCHES_S
@@ -174,7 +174,7 @@ def _outcome(
         reliability=reliability_of(predictions),
         n_test=len(predictions),
         seeds=tuple(sorted({fact.seed for fact in facts})),
-        **{split.validations: validated},
+        validations=validated,
         validation_accuracy=_by_group(facts, "validation_accuracy"),
         epochs=_by_group(facts, "epochs"),
         **course_of(facts),
@@ -183,14 +183,14 @@ def _outcome(
     )
 
 
-def _with_inside(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
+def _with_inside(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of accuracies, and of those of speeds that lie between others."""
     inner = inside_speeds(predictions)
-    inside = Accuracies(**accuracies_of(inner, SPEED, bootstrap_unit)) if len(inner) else None
-    return {**accuracies_of(predictions, split, bootstrap_unit), "inside": inside}
+    inside = Accuracies(**accuracies_of(inner, bootstrap_unit)) if len(inner) else None
+    return {**accuracies_of(predictions, bootstrap_unit), "inside": inside}
 
 
-def accuracies_of(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
+def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of means, intervals and worst group of samples, recordings or touches."""
     by_group = accuracy_by_group(predictions)
     accuracy = Accuracy(predictions, bootstrap_unit)
@@ -199,9 +199,9 @@ def accuracies_of(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) 
     return {
         "mean_accuracy": sum(by_group.values()) / len(by_group),
         "ci95": bootstrap_interval(accuracy),
-        split.by: {key_of(group): share for group, share in by_group.items()},
-        split.ci95_by: {key_of(group): interval for group, interval in intervals.items()},
-        split.worst: key_of(worst),
+        "by": {key_of(group): share for group, share in by_group.items()},
+        "ci95_by": {key_of(group): interval for group, interval in intervals.items()},
+        "worst": key_of(worst),
     }
 
 
@@ -212,7 +212,7 @@ def _of_touches(
     found = name_touches(predictions, textures, length_s, split.whole)
     if found is None:
         return None
-    fields = _with_inside(found.named, split, unit)
+    fields = _with_inside(found.named, unit)
     return OfTouches(seconds=found.seconds, samples=found.samples, **fields)
 
 

@@ -63,8 +63,8 @@ class Split:
         Of samples, on `sample`: their groups.
     column
         Of tables of predictions: the group held out.
-    held_out, validation, groups, by, worst, validations
-        Keys of the same in `fold.json` (the first two) and `summary.json`.
+    groups
+        Key of the groups in `summary.json`.
     leaks
         What a leak is counted by, in the names of leaks.
     unit
@@ -77,19 +77,9 @@ class Split:
     whole: ClassVar[bool] = True
     coordinate: ClassVar[str] = dims.GROUP
     column: ClassVar[str] = "held_out_group"
-    held_out: ClassVar[str] = "held_out_group"
-    validation: ClassVar[str] = "validation_group"
     groups: ClassVar[str] = "groups"
-    by: ClassVar[str] = "by_group"
-    worst: ClassVar[str] = "worst_group"
-    validations: ClassVar[str] = "validation_groups"
     leaks: ClassVar[str] = "group"
     unit: ClassVar[str] = ""
-
-    @property
-    def ci95_by(self) -> str:
-        """Key of the intervals of what `by` holds."""
-        return f"ci95_{self.by}"
 
     @property
     def one(self) -> str:
@@ -199,9 +189,7 @@ class _BySpeed(Split):
 
     ordered = True
     coordinate, column = dims.SPEED, "held_out_speed_mm_s"
-    held_out, validation, groups = "held_out_mm_s", "validation_mm_s", "speeds_mm_s"
-    by, worst, validations = "by_speed", "worst_speed", "validation_speeds"
-    leaks, unit = "speed", " mm/s"
+    groups, leaks, unit = "speeds_mm_s", "speed", " mm/s"
     one, many, axis = "a speed", "speeds", "speed (mm/s)"
 
     def at(self, groups: Sequence[Group]) -> str:

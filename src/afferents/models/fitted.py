@@ -147,7 +147,7 @@ def ask_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
 def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
     """Return what stands in the record of a fold that was learnt without epochs."""
     return {
-        fold.split.validation: fold.validated_by,
+        "validated_by": fold.validated_by,
         "validation_accuracy": validation_accuracy,
         "n_train": n_train,
         "n_validation": len(fold.validation),

@@ -382,7 +382,7 @@ def _fit_network(task: Fitting, part: Part) -> Fitted:
         return predict(network, learnt.values, index, learnt.scale, config)
 
     facts = {
-        fold.split.validation: fold.validated_by,
+        "validated_by": fold.validated_by,
         "n_train": len(learnt.train),
         "n_validation": len(learnt.validation),
         "n_test": len(fold.test),

@@ -16,15 +16,15 @@ from afferents.folds.splits import Leaks, LeaveOneSpeedOut
 
 SOURCE = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 6}
 SOURCE |= {"simulated": False}
-CONFIG = {"schema": 2, "data": [SOURCE], "without": {}, "skipped": [], "cut": "all"}
+CONFIG = {"schema": 3, "data": [SOURCE], "without": {}, "skipped": [], "cut": "all"}
 CONFIG |= {"preset": "quick", "spectral": {}}
 ABOUT = {"afferents": "0", "data": [SOURCE], "cut": "all", "preset": "quick", "chance": 0.5}
-ABOUT |= {"schema": 2, "speeds_mm_s": [10.0, 20.0, 30.0], "skipped": []}
+ABOUT |= {"schema": 3, "speeds_mm_s": [10.0, 20.0, 30.0], "skipped": []}
 EPOCHS = [
     {"accuracy": 0.5, "validation_accuracy": 0.4},
     {"accuracy": 0.9, "validation_accuracy": 0.6},
 ]
-FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 2, "seconds": 1.5}
+FACTS = {"validated_by": 20.0, "validation_accuracy": 0.5, "epochs": 2, "seconds": 1.5}
 FACTS |= {"best_epoch": 2, "history": EPOCHS}
 LEAKS = Leaks(0, 4, 0, 2, True)
 
@@ -52,13 +52,13 @@ def test_summary_and_predictions(tmp_path, samples):
     results = load_results(tmp_path)
     entry = results.summary["models"]["vib-te"]["nested"]
     assert entry["mean_accuracy"] == pytest.approx(0.5)
-    assert entry["by_speed"] == {"10": 0.5, "20": 1.0, "30": 0.0}
-    assert entry["worst_speed"] == "30"
+    assert entry["by"] == {"10": 0.5, "20": 1.0, "30": 0.0}
+    assert entry["worst"] == "30"
     assert entry["best_epoch"] == {"10": [2], "20": [2], "30": [2]}
     assert results.summary["intervals"] == {"replicate": "texture", "n": 2}
     for found in (entry, entry["inside"], entry["recordings"]):
-        assert found["ci95_by_speed"].keys() == found["by_speed"].keys()
-    assert entry["ci95_by_speed"]["20"] == [1.0, 1.0]
+        assert found["ci95_by"].keys() == found["by"].keys()
+    assert entry["ci95_by"]["20"] == [1.0, 1.0]
     assert entry["first_epoch"]["10"] == [{"training": 0.5, "validation": 0.4}]
     assert entry["n_test"] == len(results.predictions) == 30
     assert entry["leaks"]["test_samples_of_a_speed_seen_in_validation"] == 12
@@ -153,7 +153,7 @@ SUMMARY, FOLD = "summary.json", "folds/vib-te/nested/seed-0/10/fold.json"
 @pytest.mark.parametrize(
     ("name", "change", "said"),
     [
-        (SUMMARY, lambda c: c.update(schema=99), "with schema: 2, found 99"),
+        (SUMMARY, lambda c: c.update(schema=99), "with schema: 3, found 99"),
         (
             SUMMARY,
             lambda c: setitem(c["models"], "vib-te", {"by-guess": outcome(c)}),

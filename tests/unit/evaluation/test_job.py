@@ -90,7 +90,7 @@ def test_a_status_says_what_it_knows_nothing_of(tmp_path):
         plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
         return " ".join(status(tmp_path).sentences)
 
-    facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
+    facts = {"validated_by": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
     with at_work(tmp_path, LONG[0]):
         assert "Expected end" not in said()
         for key, taking in ((SHORT[0], True), (LONG[1], False)):

@@ -13,7 +13,7 @@ from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import at_work, job_statuses, plan, seconds_left
 from afferents.files import write_json
 
-FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
+FACTS = {"validated_by": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
 FOLDER = "folds/vib-te/nested/seed-0"
 KEYS = [FoldKey.of("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
 

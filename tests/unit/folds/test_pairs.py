@@ -63,7 +63,7 @@ def test_what_is_known_of_a_force_is_no_use_where_the_force_is_held_out_too(fold
     by_pair = results.summary["models"]["ridge-te"]["nested"]
     assert by_speed["nested"]["mean_accuracy"] > 0.9
     assert by_pair["mean_accuracy"] < 0.7
-    assert len(by_pair["by_group"]) == len(SPEEDS) * len(FORCES)
+    assert len(by_pair["by"]) == len(SPEEDS) * len(FORCES)
     assert not any(by_pair["leaks"].values())
     page = afferents.report(results.root, quiet=True)
     assert "pairs of speed and force" in page.read_text()

@@ -84,8 +84,8 @@ def test_each_trial_is_held_out_in_turn_and_nothing_of_it_is_seen(evaluated):
     nested = evaluated.summary["models"]["ridge-te"]["nested"]
     assert (evaluated.summary["split"], evaluated.summary["groups"]) == ("trial", ["1", "2", "3"])
     assert "speeds_mm_s" not in evaluated.summary
-    assert set(nested["by_group"]) == {"1", "2", "3"} == set(nested["validation_groups"])
-    assert nested["mean_accuracy"] == pytest.approx(np.mean(list(nested["by_group"].values())))
+    assert set(nested["by"]) == {"1", "2", "3"} == set(nested["validations"])
+    assert nested["mean_accuracy"] == pytest.approx(np.mean(list(nested["by"].values())))
     assert nested["mean_accuracy"] > 0.9  # the textures sound apart
     assert nested["inside"] is None
     assert not any(nested["leaks"].values())
@@ -100,8 +100,8 @@ def test_each_trial_is_held_out_in_turn_and_nothing_of_it_is_seen(evaluated):
     table = evaluated.accuracy
     assert list(table["held_out_group"].dropna().unique()) == ["1", "2", "3"]
     facts = json.loads(next(evaluated.root.glob("folds/*/nested/*/2/fold.json")).read_text())
-    assert (facts["split"], facts["held_out_group"]) == ("trial", "2")
-    assert facts["validation_group"] in "13"
+    assert (facts["split"], facts["held_out"]) == ("trial", "2")
+    assert facts["validated_by"] in "13"
 
 
 def test_the_held_out_trial_changes_nothing_of_what_is_learnt(evaluated, folder, tmp_path):
@@ -119,7 +119,7 @@ def test_the_held_out_trial_changes_nothing_of_what_is_learnt(evaluated, folder,
     assert weights[0]
     for name, value in weights[0].items():
         np.testing.assert_allclose(weights[1][name], value, rtol=1e-6)
-    assert list(again.summary["models"]["ridge-te"]["nested"]["by_group"]) == ["2"]
+    assert list(again.summary["models"]["ridge-te"]["nested"]["by"]) == ["2"]
 
 
 def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
@@ -131,7 +131,7 @@ def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
     assert "Worst trial here" in (evaluated.root / "table1.md").read_text()
     code, out, _ = run("status", evaluated.root, "--json")
     assert code == 0
-    assert {job["held_out_group"] for job in json.loads(out)["jobs"]} == {"1", "2", "3"}
+    assert {job["held_out"] for job in json.loads(out)["jobs"]} == {"1", "2", "3"}
     assert afferents.plot.accuracy_by_speed(evaluated).get_xlabel() == "held-out trial"
     one = afferents.plot.confusion(evaluated, protocol="nested", held_out="2")
     assert "trial 2 held out" in one.get_title()

@@ -46,7 +46,7 @@ def test_results_name_the_split_and_its_arcs(evaluated):
     assert (summary["split"], summary["groups"]) == ("angle", list("12345"))
     found = summary["models"]["ridge-te"]
     for protocol in ("nested", "published"):
-        assert set(found[protocol]["by_group"]) == set("12345")
+        assert set(found[protocol]["by"]) == set("12345")
         assert found[protocol]["mean_accuracy"] > 0.9  # the textures sound apart
     assert not any(found["nested"]["leaks"].values())
     leaks = found["published"]["leaks"]

@@ -39,7 +39,7 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
         nested = of_protocol["nested"]
         assert not any(nested["leaks"].values()), model
         assert nested["n_test"] > 0
-        assert nested["recordings"]["inside"]["by_speed"].keys() == {"40"}
+        assert nested["recordings"]["inside"]["by"].keys() == {"40"}
     table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
     felt = table[table["model"] == "fusion"]["predicted_speed_mm_s"]
     assert (felt > 0).all()

@@ -39,15 +39,15 @@ def accuracies() -> dict[str, Any]:
     return {
         "mean_accuracy": 0.5,
         "ci95": [0.402, 0.603],
-        "by_speed": dict(BY_SPEED),
-        "ci95_by_speed": {key: [share - 0.1, share + 0.1] for key, share in BY_SPEED.items()},
-        "worst_speed": "10",
+        "by": dict(BY_SPEED),
+        "ci95_by": {key: [share - 0.1, share + 0.1] for key, share in BY_SPEED.items()},
+        "worst": "10",
         "inside": {
             "mean_accuracy": 0.5,
             "ci95": [0.3, 0.7],
-            "by_speed": {"20": 0.5},
-            "ci95_by_speed": {"20": [0.3, 0.7]},
-            "worst_speed": "20",
+            "by": {"20": 0.5},
+            "ci95_by": {"20": [0.3, 0.7]},
+            "worst": "20",
         },
     }
 
@@ -64,7 +64,7 @@ def outcome(protocol: str) -> dict[str, Any]:
         "reliability": copy.deepcopy(BINS),
         "n_test": 1234,
         "seeds": [0],
-        "validation_speeds": {key: float(key) + shift for key in BY_SPEED},
+        "validations": {key: float(key) + shift for key in BY_SPEED},
         "validation_accuracy": {"10": [0.5], "20": [0.5], "40": [0.5]},
         "epochs": {"10": [12], "20": [26], "40": [9]},
         "best_epoch": {"10": [11], "20": [20], "40": [9]},
@@ -78,7 +78,7 @@ def outcome(protocol: str) -> dict[str, Any]:
 def summary() -> dict[str, Any]:
     """Two vibration models on three textures and three speeds, both protocols."""
     return {
-        "schema": 2,
+        "schema": 3,
         "afferents": "0.1.0",
         "cut": "all",
         "preset": "quick",

@@ -34,8 +34,8 @@ def set_speeds(summary, by_speed):
     for protocols in summary["models"].values():
         for found in protocols.values():
             intervals = {key: [0.0, 1.0] for key in by_speed}
-            found |= {"by_speed": dict(by_speed), "ci95_by_speed": intervals}
-            found["worst_speed"] = min(by_speed, key=by_speed.get)
+            found |= {"by": dict(by_speed), "ci95_by": intervals}
+            found["worst"] = min(by_speed, key=by_speed.get)
 
 
 def test_table1_has_the_papers_six_with_its_means_and_ours_in_its_order(summary):
