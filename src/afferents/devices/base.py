@@ -19,6 +19,9 @@ from pydantic import BaseModel
 from afferents.errors import AfferentsError, InputError
 from afferents.forms import StrictForm
 
+FULL_SCALE = 32768.0
+"""Of 16-bit samples, as wav files have them."""
+
 
 class DeviceError(AfferentsError):
     """A device went away or no longer answers while it was in use: one sentence."""

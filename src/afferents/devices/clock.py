@@ -63,9 +63,17 @@ class SampleClock:
         self.next_s = 0.0
         self._taken_s: float | None = None
 
-    def read(self, n: int, taken_s: float) -> float:
-        """Return when the first of the next n samples was taken, s; `taken_s` is their stamp."""
-        first = self._taken_s is None
+    def read(self, n: int, taken_s: float, lost: bool = False) -> float:
+        """Return when the first of the next n samples was taken, s.
+
+        Parameters
+        ----------
+        taken_s
+            Their stamp.
+        lost
+            Whether samples were lost before them: the count begins anew.
+        """
+        first = self._taken_s is None or lost
         off_s = taken_s - self.next_s
         if self._taken_s is not None and taken_s <= self._taken_s:  # a converter without a clock
             off_s = 0.0

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from afferents import devices
+from afferents.devices.base import FULL_SCALE
 from afferents.documents import as_form
 from afferents.errors import AfferentsError, InputError
 from afferents.live.events import CameraFrame, Channel, Event, Sound, Trouble
@@ -22,8 +23,6 @@ USUAL_HZ = 30.0
 """Frame rate of a camera that was asked for none and says none."""
 SLOW = 0.9
 """A rate below this share of what was asked for is said."""
-FULL_SCALE = 32768.0
-"""Of 16-bit samples, as wav files have them."""
 
 
 class DeviceSource(ABC):
@@ -217,10 +216,9 @@ class Microphone(DeviceSource):
         for block in self._source.blocks():
             if block.overflowed:
                 yield Trouble("audio", count.next_s, "microphone: overrun, samples are lost")
-                count = devices.SampleClock(self.rate_hz)
             wanted = block.samples[:, -self._n_channels :]
             samples = wanted.astype(np.float32) / FULL_SCALE
-            time_s = count.read(len(samples), block.time_s)
+            time_s = count.read(len(samples), block.time_s, block.overflowed)
             yield Sound(time_s, samples, time.monotonic())
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import av
 import numpy as np
 
-from afferents.devices.base import CameraSettings, MicrophoneSettings
+from afferents.devices.base import FULL_SCALE, CameraSettings, MicrophoneSettings
 from afferents.devices.picture import picture_of
 from afferents.errors import reason_of
 from afferents.markers.detect import detect
@@ -17,7 +17,6 @@ from afferents.recorder.run import VIDEO
 from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
 from afferents.store.recording import as_grey
 
-_FULL = 32768
 LATE = 1.5
 """A frame that comes after so many intervals, with no number missing, is late."""
 SOUND_SHORT_S = 0.1
@@ -168,7 +167,7 @@ def _sound(log: Log, plan: Plan, microphone: MicrophoneSettings) -> list[Check]:
     overflows = sum(row.overflowed for row in log.blocks)
     seconds = n / microphone.rate_hz
     whole = overflows == 0 and seconds >= plan.total_s - SOUND_SHORT_S
-    clipped, peak = log.clipped / max(n, 1), log.peak / _FULL
+    clipped, peak = log.clipped / max(n, 1), log.peak / FULL_SCALE
     return [
         Check("sound", whole, f"{seconds:.2f} s, {overflows} overflows", "close other programs"),
         Check(

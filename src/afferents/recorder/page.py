@@ -1,6 +1,5 @@
 """What the page shows of a recording: camera with markers, sound, and what is to be done."""
 
-import math
 import time
 from typing import Any
 
@@ -8,26 +7,22 @@ import cv2
 import numpy as np
 from pydantic_core import to_json
 
+from afferents.devices.base import FULL_SCALE
 from afferents.devices.base import Frame as Taken
 from afferents.devices.clock import SampleClock
 from afferents.devices.picture import picture_of
-from afferents.dims import RA1, SA1
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Sound
 from afferents.live.images import FrameImages, Images
 from afferents.live.streams import AudioStream
-from afferents.live.web.snapshot import draw_image, numbers, ring_px
+from afferents.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.markers.sensor import Sensor
 from afferents.recorder.watch import Watch
 from afferents.store.recording import Frame
 
-FRESH_S = 0.1
-"""Pictures are drawn up no more often, and only while somebody looks on."""
-_FULL = 32768
 
-
-class RecordingPage:
+class RecordingPage(Shown):
     """Draws up what a `Watch` has, when a visitor asks.
 
     Parameters
@@ -38,29 +33,21 @@ class RecordingPage:
         Says where the markers are.
     """
 
+    fresh_s = 0.1
+
     def __init__(self, watch: Watch, sensor: Sensor) -> None:
         """Nothing is seen yet."""
         self._watch = watch
         self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
         self._series = -1
         self._audio: AudioStream | None = None
-        self._count: SampleClock | None = None
-        self._drawn_s = -math.inf
-        self._newest: tuple[str, bytes | None] = "", None
 
     def hello(self) -> dict[str, Any]:
         """Return what does not change: no model runs, this is a recording."""
         return {"type": "hello", "models": [], "recording": True}
 
-    def newest(self) -> tuple[str, bytes | None]:
-        """Return the state as JSON, and the picture; drawn up once for many visitors."""
-        now_s = time.monotonic()
-        if now_s - self._drawn_s > FRESH_S:
-            self._newest = self._drawn()
-            self._drawn_s = time.monotonic()
-        return self._newest
-
-    def _drawn(self) -> tuple[str, bytes | None]:
+    def draw(self) -> tuple[str, bytes | None]:
+        """Draw up the state as JSON, and the picture."""
         pair = self._watch.newest
         images, jpeg = self._seen(pair)
         said: dict[str, Any] = {
@@ -81,7 +68,7 @@ class RecordingPage:
         if self._series != self._watch.series and first is not None:
             self._series = self._watch.series
             self._images.begin()
-            self._audio = self._count = None
+            self._audio = None
             self._feed(first)
         self._images.skip()
         images = None
@@ -119,31 +106,21 @@ class RecordingPage:
             "quality": [],
         }
         if images is not None:
-            content |= {
-                "size": (camera.width, camera.height),
-                "markers": numbers(np.where(images.detected[:, None], images.position, -1), 1),
-                "ring_px": ring_px(images.position[images.detected]),
-            }
-            content |= {name: draw_image(images, name) for name in (SA1, RA1)}
+            content |= {"size": (camera.width, camera.height), **draw_markers(images)}
         return content
 
     def _heard(self) -> dict[str, Any] | None:
         microphone = self._watch.microphone
         if microphone is None:
             return None
-        content: dict[str, Any] = {"rate_hz": microphone.rate_hz, "quality": []}
         if self._audio is None:
             self._audio = AudioStream(SpectralEncoding(), microphone.rate_hz)
+            self._count = SampleClock(microphone.rate_hz)
         while self._watch.blocks:
             block = self._watch.blocks.popleft()
             channel = self._watch.sensor_channel
-            samples = (block.samples[:, [channel]] / _FULL).astype(np.float32)
-            if self._count is None or block.overflowed:
-                self._count = SampleClock(microphone.rate_hz)
-            time_s = self._count.read(len(samples), block.time_s)
+            samples = (block.samples[:, [channel]] / FULL_SCALE).astype(np.float32)
+            time_s = self._count.read(len(samples), block.time_s, block.overflowed)
             for _ in self._audio.feed(Sound(time_s, samples, time.monotonic())):
                 pass
-        if (spectrum := self._audio.spectrum()) is not None:
-            amplitude, step_hz = spectrum
-            content |= {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
-        return content
+        return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}

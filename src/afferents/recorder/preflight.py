@@ -6,7 +6,13 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import siegelslopes
 
-from afferents.devices.base import Block, CameraSettings, Frame, MicrophoneSettings
+from afferents.devices.base import (
+    FULL_SCALE,
+    Block,
+    CameraSettings,
+    Frame,
+    MicrophoneSettings,
+)
 from afferents.devices.picture import picture_of
 from afferents.files import free_bytes
 from afferents.markers.detect import detect, spacing_px
@@ -25,7 +31,6 @@ RATE = 0.02
 slower than what a run may lose, or each run would be refused."""
 MARGIN = 1.2
 _REACHED_S = 2.0
-_FULL = 32768
 _BYTES = 2
 
 
@@ -129,8 +134,8 @@ def check_sound(settings: MicrophoneSettings, blocks: list[Block], plan: Plan) -
     lost = sum(block.overflowed for block in blocks)
     drift = 1e6 * (rate / settings.rate_hz - 1)
     sensor = [block.samples[:, plan.channel].astype(np.int32) for block in blocks]
-    peak = max(int(np.abs(samples).max()) for samples in sensor) / _FULL
-    loud = peak < 1 - 1 / _FULL
+    peak = max(int(np.abs(samples).max()) for samples in sensor) / FULL_SCALE
+    loud = peak < 1 - 1 / FULL_SCALE
     return [
         Check(
             "microphone",

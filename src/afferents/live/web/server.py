@@ -11,13 +11,13 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import quote, urlsplit
 
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
-from afferents.live.web.snapshot import Snapshots
+from afferents.live.web.snapshot import Shown, Snapshots
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
@@ -25,18 +25,6 @@ EVERY_S = 0.05
 
 WAITING_S = 0.5
 """A page that has nothing new to come sleeps for so long."""
-
-
-class Shown(Protocol):
-    """What visitors are sent."""
-
-    def hello(self) -> dict[str, Any]:
-        """Return what does not change."""
-        ...
-
-    def newest(self) -> tuple[str, bytes | None]:
-        """Return the state as JSON, and the picture."""
-        ...
 
 
 def serve(

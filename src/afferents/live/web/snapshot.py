@@ -3,6 +3,7 @@
 import json
 import math
 import time
+from abc import ABC, abstractmethod
 from typing import Any
 
 import cv2
@@ -14,6 +15,7 @@ from afferents.live.images import FrameImages
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Newest, Prediction
 from afferents.live.quality import Quality
+from afferents.live.streams import AudioStream
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
 
@@ -24,11 +26,38 @@ LOST = -1
 """Pixel of a tactile image, whose values are lengths, where the marker is lost."""
 _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
-FRESH_S = 0.025
-"""What is drawn up serves all visitors for so long."""
 
 
-class Snapshots:
+class Shown(ABC):
+    """What visitors are sent; drawn up only while somebody looks on.
+
+    Attributes
+    ----------
+    fresh_s
+        What is drawn up serves all visitors for so long.
+    """
+
+    fresh_s: float
+    _newest: tuple[str, bytes | None] = "", None
+    _drawn_s = -math.inf
+
+    @abstractmethod
+    def hello(self) -> dict[str, Any]:
+        """Return what does not change."""
+
+    @abstractmethod
+    def draw(self) -> tuple[str, bytes | None]:
+        """Draw up the state as JSON, and the picture."""
+
+    def newest(self) -> tuple[str, bytes | None]:
+        """Return the state as JSON, and the picture; drawn up once for many visitors."""
+        if time.monotonic() - self._drawn_s > self.fresh_s:
+            self._newest = self.draw()
+            self._drawn_s = time.monotonic()
+        return self._newest
+
+
+class Snapshots(Shown):
     """The newest prediction of every model, and what the streams have in hand.
 
     Parameters
@@ -37,13 +66,13 @@ class Snapshots:
         Written by the stream's thread; only read here.
     """
 
+    fresh_s = 0.025
+
     def __init__(self, pipeline: LivePipeline) -> None:
         """Nothing has come yet."""
         self._pipeline = pipeline
         self._shown = Newest()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
-        self._newest: tuple[str, bytes | None] = "", None
-        self._drawn_s = -math.inf
         self.ended: str | None = None
         self.repeats = False
 
@@ -61,13 +90,9 @@ class Snapshots:
             ],
         }
 
-    def newest(self) -> tuple[str, bytes | None]:
-        """Return the state as JSON, and the picture; drawn up once for many visitors."""
-        now_s = time.monotonic()
-        if now_s - self._drawn_s > FRESH_S:
-            self._newest = json.dumps(self.state()), self.jpeg()
-            self._drawn_s = now_s
-        return self._newest
+    def draw(self) -> tuple[str, bytes | None]:
+        """Draw up the state as JSON, and the picture."""
+        return json.dumps(self.state()), self.jpeg()
 
     def state(self) -> dict[str, Any]:
         """Return the newest of everything but the picture."""
@@ -96,26 +121,15 @@ class Snapshots:
             "quality": _in_words(video.quality),
         }
         if newest is not None and picture is not None:
-            content |= {
-                "size": picture.frame.luma.shape[::-1],
-                "markers": numbers(np.where(newest.detected[:, None], newest.position, -1), 1),
-                "ring_px": ring_px(newest.position[newest.detected]),
-            }
-            content |= {name: draw_image(newest, name) for name in (SA1, RA1)}
+            content |= {"size": picture.frame.luma.shape[::-1], **draw_markers(newest)}
         return content
 
     def _audio(self) -> dict[str, Any] | None:
         audio = self._pipeline.audio
         if audio is None:
             return None
-        content: dict[str, Any] = {
-            "rate_hz": round(audio.rate_hz),
-            "quality": _in_words(audio.quality),
-        }
-        if (spectrum := audio.spectrum()) is not None:
-            amplitude, step_hz = spectrum
-            content |= {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
-        return content
+        quality = _in_words(audio.quality)
+        return {"rate_hz": round(audio.rate_hz), "quality": quality, **draw_spectrum(audio)}
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
@@ -130,9 +144,22 @@ class Snapshots:
         return self._encoded[1]
 
 
-def numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
-    """Return an array as JSON has it, rounded."""
-    return list(np.round(values.astype(float), digits).tolist())
+def draw_markers(images: FrameImages) -> dict[str, Any]:
+    """Return where the markers of a frame are, px, and their tactile images, as JSON has them."""
+    found = images.detected
+    return {
+        "markers": np.where(found[:, None], images.position, -1).round(1).tolist(),
+        "ring_px": ring_px(images.position[found]),
+        **{name: draw_image(images, name) for name in (SA1, RA1)},
+    }
+
+
+def draw_spectrum(audio: AudioStream) -> dict[str, Any]:
+    """Return the newest spectrum as JSON has it; nothing before there is one."""
+    if (spectrum := audio.spectrum()) is None:
+        return {}
+    amplitude, step_hz = spectrum
+    return {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
 
 
 def draw_image(images: FrameImages, name: str) -> list[Any] | None:
