@@ -33,20 +33,26 @@ class Figure(NamedTuple):
 class Quality(ABC):
     """Figures of one sensor stream.
 
+    Parameters
+    ----------
+    rate_hz
+        Frames or samples a second that the source says it gives.
+
     Attributes
     ----------
     numbers
         By name, for programs; none before the first. Replaced whole, never changed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, rate_hz: float) -> None:
         """Nothing has come yet."""
-        self.numbers: Mapping[str, float] = {}
-        self._due_s: float | None = None
+        self._rate_hz = rate_hz
+        self.begin()
 
-    @abstractmethod
     def begin(self) -> None:
         """Forget all: another recording begins."""
+        self.numbers: Mapping[str, float] = {}
+        self._due_s: float | None = None
 
     @abstractmethod
     def figures(self) -> list[Figure]:
@@ -66,24 +72,11 @@ class Quality(ABC):
 
 
 class AudioQuality(Quality):
-    """Figures of a microphone: its numbers are those of `SoundLevel`.
-
-    Parameters
-    ----------
-    rate_hz
-        Samples a second.
-    """
-
-    def __init__(self, rate_hz: float) -> None:
-        """Nothing has come yet."""
-        super().__init__()
-        self._rate_hz = rate_hz
-        self.begin()
+    """Figures of a microphone: its numbers are those of `SoundLevel`."""
 
     def begin(self) -> None:
         """Forget all: another recording begins."""
-        self.numbers = {}
-        self._due_s = None
+        super().begin()
         self._pieces: deque[NDArray[np.float32]] = deque()
         self._n = 0
 
@@ -132,23 +125,11 @@ class VideoQuality(Quality):
     of marker positions), ``n_lost`` (markers lost for more than half of the second), ``repeated``
     (share of the last 180 frames), ``disc_grey``, ``skin_grey``, ``saturated`` and ``edge_px`` (as
     of `ImageQuality`, of the newest frame).
-
-    Parameters
-    ----------
-    rate_hz
-        Frames a second that the source says it gives.
     """
-
-    def __init__(self, rate_hz: float) -> None:
-        """Nothing has come yet."""
-        super().__init__()
-        self._rate_hz = rate_hz
-        self.begin()
 
     def begin(self) -> None:
         """Forget all: another recording begins."""
-        self.numbers = {}
-        self._due_s = None
+        super().begin()
         self._seen: deque[tuple[float, NDArray[np.bool_] | None]] = deque()  # s; markers found
         self._change: deque[float] = deque(maxlen=REPEATS)
         self._sample: NDArray[np.uint8] | None = None
