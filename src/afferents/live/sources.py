@@ -66,8 +66,30 @@ def open_sources(
         If a name is none of these, or what it names is not there.
     """
     opened: list[Source] = []
+    pace, shows = Pace(speed), dict[str, RigShow]()
     try:
-        _open(opened, video, audio, wanted, Pace(speed), exposure_ms)
+        if "video" in wanted.channels and video is not None:
+            kind, name = _parted(video)
+            if kind == "camera":
+                opened.append(_camera(name, wanted, exposure_ms))
+            elif kind == "replay":
+                opened.append(ReplayedVideo(_clip(name), pace))
+            elif kind == "rig":
+                rig = None if wanted.sensor is None else rig_of(wanted.sensor)
+                opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
+            else:
+                raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'")
+        if "audio" in wanted.channels and audio is not None:
+            kind, name = _parted(audio)
+            if kind == "mic":
+                rate_hz, n_channels = wanted.sample_rate_hz, wanted.n_channels
+                opened.append(Microphone(name or "default", rate_hz, n_channels))
+            elif kind == "replay":
+                opened.append(ReplayedSound(_wav(recorded(Path(name), AUDIO)), pace))
+            elif kind == "rig":
+                opened.append(RigSound(shows[name] if name in shows else _show(name)))
+            else:
+                raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'")
     except BaseException:
         with let_go(opened):
             raise
@@ -102,39 +124,6 @@ def images_of(video: str | None, sensor: Sensor | None = None) -> FrameByFrame:
     assert images.sensor is not None
     ordered_rest(clip, images.sensor)
     return images
-
-
-def _open(
-    opened: list[Source],
-    video: str | None,
-    audio: str | None,
-    wanted: Wanted,
-    pace: Pace,
-    exposure_ms: float | None,
-) -> None:
-    shows: dict[str, RigShow] = {}
-    if "video" in wanted.channels and video is not None:
-        kind, name = _parted(video)
-        if kind == "camera":
-            opened.append(_camera(name, wanted, exposure_ms))
-        elif kind == "replay":
-            opened.append(ReplayedVideo(_clip(name), pace))
-        elif kind == "rig":
-            rig = None if wanted.sensor is None else rig_of(wanted.sensor)
-            opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
-        else:
-            raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'")
-    if "audio" in wanted.channels and audio is not None:
-        kind, name = _parted(audio)
-        if kind == "mic":
-            rate_hz, n_channels = wanted.sample_rate_hz, wanted.n_channels
-            opened.append(Microphone(name or "default", rate_hz, n_channels))
-        elif kind == "replay":
-            opened.append(ReplayedSound(_wav(recorded(Path(name), AUDIO)), pace))
-        elif kind == "rig":
-            opened.append(RigSound(shows[name] if name in shows else _show(name)))
-        else:
-            raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'")
 
 
 def _parted(source: str) -> tuple[str, str]:
