@@ -74,14 +74,21 @@ def _outcome_of_tables(folder: Path) -> str:
                 recording.audio.read()
     except InputError as error:
         return f"To be mended before it can be learnt from: {error}."
-    return f"{_counted(session)}: check all with 'afferents inspect'."
+    return f"{grid_sentence(session)} Check all with 'afferents inspect'."
 
 
-def _counted(session: RecordingSet) -> str:
+_NAMED = 30
+"""So many textures are named."""
+
+
+def grid_sentence(session: RecordingSet) -> str:
+    """Say of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
+    names = ", ".join(session.textures[:_NAMED]) + ", ..." * (len(session.textures) > _NAMED)
     return (
-        f"{len(session.recordings)} recordings of {len(session.textures)} textures at "
-        f"{speeds + ' mm/s' if speeds else 'unknown speed'}"
+        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
+        f"({names}) at {at}."
     )
 
 
@@ -342,4 +349,4 @@ def _outcome(folder: Path) -> str:
         session = read_session(folder)
     except InputError as error:
         return f"To be mended before it is a session: {error}."
-    return f"{_counted(session)}."
+    return grid_sentence(session)

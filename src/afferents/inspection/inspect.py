@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation.schemas import Lost
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
 from afferents.extraction.extract import doubts_of, doubts_without_tracking, responses_of, watched
@@ -33,6 +32,7 @@ from afferents.inspection.files import (
     inspect_video,
     inspect_wav,
 )
+from afferents.inspection.init import grid_sentence
 from afferents.markers.sensor import Sensor, sensor_in, sensors_of
 from afferents.markers.track import rest_positions
 from afferents.outputs import require_free, require_pictures_free
@@ -284,7 +284,8 @@ def inspect_recordings(
     found.problems += [problem for look in in_order for problem in look.problems]
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
-    found.sentences += [*length_sentences(rows, len(jobs)), *lost_sentences(lost_of(lost))]
+    found.sentences += length_sentences(rows, len(jobs))
+    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
     found.sentences += table_sentences(session) or too_short_sentences(rows)
     try:
         if not found.problems and isinstance(session, FolderSession):
@@ -300,19 +301,8 @@ def inspect_recordings(
     return found
 
 
-def grid_sentence(session: RecordingSet) -> str:
-    """Say of how many textures and speeds there are recordings."""
-    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
-    at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
-    names = ", ".join(session.textures[:_NAMED]) + ", ..." * (len(session.textures) > _NAMED)
-    return (
-        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
-        f"({names}) at {at}."
-    )
-
-
 _NAMED = 30
-"""So many textures are named, and values of a condition."""
+"""So many values of a condition are named."""
 
 
 def table_sentences(session: RecordingSet) -> list[str]:
@@ -364,12 +354,6 @@ def length_sentences(rows: list[dict[str, Any]], n: int) -> list[str]:
     return sentences
 
 
-def lost_sentences(lost: Lost | None) -> list[str]:
-    """Say how many markers were lost, and what models are given in their place; of any."""
-    said = what_was_lost(lost)
-    return [said] if said else []
-
-
 def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
     """Say which videos and audio are too short for the cut 'published', if any."""
     frames = [row["video"]["n_frames"] for row in rows if row["video"]]
@@ -401,7 +385,7 @@ def inspect_responses(
         for responses in recordings
         if dims.DETECTED in responses
     }
-    found.sentences += lost_sentences(lost_of(lost))
+    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
     found.problems += [
         f"{name}: {100 * share:.1f}% of marker positions are lost."
         for name, share in lost.items()

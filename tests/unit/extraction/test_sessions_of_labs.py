@@ -11,7 +11,7 @@ import pytest
 import afferents
 from afferents import markers
 from afferents.extraction.options import declared_of
-from afferents.inspection.inspect import grid_sentence
+from afferents.inspection.init import grid_sentence
 from afferents.markers.sensor import sensors_of
 
 ALONE = ("--quiet", "--workers", 1)
