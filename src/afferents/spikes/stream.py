@@ -23,13 +23,11 @@ class UnitStream:
         Their class.
     model
         Of a unit.
-    seed
-        As for `artificial_spikes`, whose units these are.
     """
 
-    def __init__(self, afferent: AfferentClass, model: UnitModel, seed: int = 0) -> None:
+    def __init__(self, afferent: AfferentClass, model: UnitModel) -> None:
         """Begin at rest."""
-        self.afferent, self.model, self.seed = afferent, model, seed
+        self.afferent, self.model = afferent, model
         self.values = afferent.values(model.name)
         self.skip()
 
@@ -38,7 +36,8 @@ class UnitStream:
         self._state: State | None = None
 
     def _current(self, response: NDArray[np.floating]) -> NDArray[np.float32]:
-        return self.afferent.current(response, self.values["gain"], self.seed)
+        # with its usual seed, whose units `artificial_spikes` has
+        return self.afferent.current(response, self.values["gain"], seed=0)
 
     def _fire(self, drive: Drive, from_s: float) -> Fired:
         """Go on for some steps, the first of them at `from_s`."""
@@ -57,12 +56,10 @@ class MarkerUnits(UnitStream):
         So many markers apart are the units that are simulated.
     """
 
-    def __init__(
-        self, afferent: AfferentClass, model: UnitModel, seed: int = 0, every: int = 1
-    ) -> None:
+    def __init__(self, afferent: AfferentClass, model: UnitModel, every: int = 1) -> None:
         """Wait for the first frame."""
         self.every = every
-        super().__init__(afferent, model, seed)
+        super().__init__(afferent, model)
 
     def skip(self) -> None:
         """Begin anew: the next frame is the first."""
@@ -105,9 +102,7 @@ class VibrationUnits(UnitStream):
         Of the sound.
     """
 
-    def __init__(
-        self, afferent: AfferentClass, model: UnitModel, rate_hz: float, seed: int = 0
-    ) -> None:
+    def __init__(self, afferent: AfferentClass, model: UnitModel, rate_hz: float) -> None:
         """Wait for sound."""
         self.rate_hz = rate_hz
         # pieces of whole steps that are whole samples, too
@@ -116,7 +111,7 @@ class VibrationUnits(UnitStream):
         self._around, self._hop = around * shared.numerator, hop * shared.numerator
         self._hop_samples = hop * shared.denominator
         self._piece_samples = (2 * around + hop) * shared.denominator
-        super().__init__(afferent, model, seed)
+        super().__init__(afferent, model)
 
     def skip(self) -> None:
         """Begin anew: the next sample is the first."""

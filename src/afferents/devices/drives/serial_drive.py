@@ -19,20 +19,21 @@ from afferents.errors import InputError
 
 WINDOW_S = 0.25
 """Speed is the slope of the positions of so long."""
+_PROPORTIONAL, _INTEGRAL_HZ = 0.5, 5.0
+"""Shares of the error that our loop answers at once, and in a second."""
 
 
 class SpeedFromPosition:
     """The slope of the newest positions, by least squares."""
 
-    def __init__(self, window_s: float = WINDOW_S) -> None:
+    def __init__(self) -> None:
         """Know nothing yet."""
-        self._window_s = window_s
         self._seen: deque[tuple[float, float]] = deque()
 
     def read(self, time_s: float, position_mm: float) -> float:
         """Take in a position; return the speed, mm/s; 0 of the first."""
         self._seen.append((time_s, position_mm))
-        while len(self._seen) > 2 and self._seen[1][0] <= time_s - self._window_s:
+        while len(self._seen) > 2 and self._seen[1][0] <= time_s - WINDOW_S:
             self._seen.popleft()
         times, positions = np.array(self._seen).T
         times = times - times.mean()
@@ -47,18 +48,11 @@ class SpeedLoop:
     ----------
     duty_a_mm_s
         Duty that turns the drum at 1 mm/s, roughly.
-    proportional
-        Share of the error that is answered at once.
-    integral_hz
-        Share of the error that is answered in a second.
     """
 
-    def __init__(
-        self, duty_a_mm_s: float, proportional: float = 0.5, integral_hz: float = 5.0
-    ) -> None:
+    def __init__(self, duty_a_mm_s: float) -> None:
         """Stand still."""
         self._duty_a_mm_s = duty_a_mm_s
-        self._proportional, self._integral_hz = proportional, integral_hz
         self.aim(0.0)
 
     def aim(self, speed_mm_s: float) -> float:
@@ -72,8 +66,8 @@ class SpeedLoop:
         error = self._aim_mm_s - speed_mm_s
         gone_s = 0.0 if self._last_s is None else min(time_s - self._last_s, 0.2)
         self._last_s = time_s
-        summed = self._sum_mm_s + self._integral_hz * error * gone_s
-        asked = self._aim_mm_s + self._proportional * error + summed
+        summed = self._sum_mm_s + _INTEGRAL_HZ * error * gone_s
+        asked = self._aim_mm_s + _PROPORTIONAL * error + summed
         if abs(asked * self._duty_a_mm_s) < 1:  # at its end it must not sum up further
             self._sum_mm_s = summed
         return self._duty(asked)
