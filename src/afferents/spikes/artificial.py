@@ -151,6 +151,16 @@ def _population(
     return Spikes(time_s[order], offsets.astype(np.int64), units, table, recorded)
 
 
+def ends_of(recording: Responses) -> list[float]:
+    """Return when a recording's video and its vibration end, s, of what it has."""
+    ends = []
+    if dims.TIME in recording:
+        ends.append(float(recording[dims.TIME][-1]))
+    if dims.RA2 in recording:
+        ends.append(recording.sizes[dims.AUDIO_TIME] / recording[dims.RA2].attrs[dims.SAMPLE_RATE])
+    return ends
+
+
 def stretch_of(
     recording: Responses, start_s: float | None = None, stop_s: float | None = None
 ) -> tuple[float, float]:
@@ -161,14 +171,9 @@ def stretch_of(
     InputError
         If that is less than 0.1 s.
     """
-    ends = []
-    if dims.TIME in recording:
-        ends.append(float(recording[dims.TIME][-1]))
-    if dims.RA2 in recording:
-        ends.append(recording.sizes[dims.AUDIO_TIME] / recording[dims.RA2].attrs[dims.SAMPLE_RATE])
     first, last = steady_s(recording) or (0.0, np.inf)
     begin = first if start_s is None else start_s
-    end = min([*ends, last if stop_s is None else stop_s])
+    end = min([*ends_of(recording), last if stop_s is None else stop_s])
     if end - begin < _SHORTEST_S:
         found = f"{begin:g} to {end:g} s"
         raise InputError(

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.spikes.artificial import stretch_of
+from afferents.spikes.artificial import ends_of, stretch_of
 from afferents.spikes.population import Spikes
 from afferents.spikes.units import RATE_HZ
 from afferents.store.responses import Responses, conditions
@@ -58,21 +58,10 @@ def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     """
     found, start_s = [], 0.0
     for responses in recordings:
-        stop_s = start_s + _duration_s(responses)
+        stop_s = start_s + max(ends_of(responses), default=0.0)
         found.append(Laid(responses, start_s, stop_s))
         start_s = float(np.ceil(stop_s + GAP_S))
     return found
-
-
-def _duration_s(responses: Responses) -> float:
-    """Return how long a recording lasts: its video or its sound, whichever is longer."""
-    ends = [0.0]
-    if dims.TIME in responses.coords:
-        ends.append(float(responses[dims.TIME][-1]))
-    if dims.RA2 in responses:
-        rate = responses[dims.RA2].attrs[dims.SAMPLE_RATE]
-        ends.append(responses.sizes[dims.AUDIO_TIME] / float(rate))
-    return max(ends)
 
 
 # Units and trials of an NWB file.
