@@ -43,11 +43,9 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
         colours = [CLASS_COLOURS[name] for name in classes]
         axes.eventplot(trains, colors=colours, linewidths=0.6, linelengths=0.8)
         row = spikes.trials.iloc[trial]
-        axes.set_title(
-            f"{row['texture']}, {row['speed_mm_s']:g} mm/s", loc="left", fontweight="bold"
-        )
-        axes.set_xlim(0, 1e3 * row["duration_s"])
-        axes.set_xlabel("time (ms)")
+        title = f"{row['texture']}, {row['speed_mm_s']:g} mm/s"
+        axes.set_title(title, loc="left", fontweight="bold")
+        axes.set(xlim=(0, 1e3 * row["duration_s"]), xlabel="time (ms)")
     middles = [float(np.mean(np.flatnonzero(classes == name))) for name in dict.fromkeys(classes)]
     panels[0].set_yticks(middles, list(dict.fromkeys(classes)))
     panels[0].set_ylim(spikes.n_units - 0.5, -0.5)
@@ -99,8 +97,7 @@ def _draw_accuracy(axes: Axes, found: pd.DataFrame, x: str, by: str) -> None:
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel(x)
-    axes.set_ylabel("windows recognised (%)")
+    axes.set(xlabel=x, ylabel="windows recognised (%)")
 
 
 # What speed does to spikes: slopes of rates, and trains matched across speeds.

@@ -193,9 +193,8 @@ def reliability_picture(results: Results) -> ReportFigure:
 
     def draw(axes: Axes, model: str) -> None:
         axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
-        axes.set(xlim=(-3, 107), ylim=(-5, 107))
-        axes.set_xticks(range(0, 101, 20))
-        axes.set_yticks(range(0, 101, 20))
+        ticks = range(0, 101, 20)
+        axes.set(xlim=(-3, 107), ylim=(-5, 107), xticks=ticks, yticks=ticks)
         axes.grid(color=LINE, lw=0.4)
         axes.plot([0, 100], [0, 100], color=GREY, lw=0.8, ls=(0, (4, 3)),
                   label="as often as it says")  # fmt: skip

@@ -28,10 +28,9 @@ from afferents.reporting.published import published_confusion, published_familie
 from afferents.reporting.style import (
     GREY,
     INK,
-    MISSING,
     PERCENT,
     add_bar,
-    frame_all,
+    draw_cells,
     hide,
     new_figure,
     styled,
@@ -176,12 +175,8 @@ def _columns(n_panels: int, n_textures: int, printed: bool) -> int:
 
 def draw_panel(axes: Axes, panel: Panel, origin: Literal["lower", "upper"] = "lower") -> AxesImage:
     """Draw one matrix, true textures to the right and predicted ones up, or down from the upper."""
-    axes.set_facecolor(MISSING)
     axes.set_title(panel.title)
-    frame_all(axes)
-    return axes.imshow(
-        panel.percent.T, cmap=PERCENT, vmin=0, vmax=100, origin=origin, interpolation="nearest"
-    )
+    return draw_cells(axes, panel.percent.T, PERCENT, 0, 100, origin=origin)
 
 
 def write_numbers(axes: Axes, panel: Panel, width_inch: float) -> None:
@@ -205,8 +200,7 @@ def label_edges(grid: NDArray[Any], textures: list[str], by_spacing: bool) -> No
     names = [named[textures[index]] for index in ticks]
     turned = 90 if max(map(len, names)) > 3 else 0
     for axes in grid.flat:
-        axes.set_xticks([])
-        axes.set_yticks([])
+        axes.set(xticks=[], yticks=[])
         axes.tick_params(length=2, color=GREY)
     for axes in (column[[one.get_visible() for one in column]][-1] for column in grid.T):
         axes.set_xticks(ticks, names, rotation=turned, fontsize=6)

@@ -15,9 +15,7 @@ import numpy as np
 import pandas as pd
 import torch
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -46,7 +44,7 @@ from afferents.reporting.style import (
     BLUE,
     GREY,
     add_bar,
-    frame_all,
+    draw_cells,
     hide,
     new_figure,
     save_figure,
@@ -181,7 +179,8 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     at = np.arange(len(names)) if named else names
     half = (at[1] - at[0]) / 2
     extent = (at[0] - half, at[-1] + half, len(lost) - 0.5, -0.5)
-    drawn = _draw(axes, lost.values, _largest(lost), extent=extent, aspect="auto")
+    most = _largest(lost)
+    drawn = draw_cells(axes, lost.values, _COLOURS, -most, most, extent=extent, aspect="auto")
     if named:
         axes.set_xticks(at, names)
     labels = _labels(lost)
@@ -210,8 +209,9 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
         float(lost[y][-1]) + half_y, float(lost[y][0]) - half_y,
     )  # fmt: skip
     for axes, (label, one) in zip(grid.flat, panels, strict=False):
-        drawn = _draw(axes, one.values, _largest(one), extent=extent, aspect="equal")
-        axes.set_title(f"{label}\nup to {_largest(one):.2g} nats", fontsize=7.5)
+        most = _largest(one)
+        drawn = draw_cells(axes, one.values, _COLOURS, -most, most, extent=extent)
+        axes.set_title(f"{label}\nup to {most:.2g} nats", fontsize=7.5)
     hide(list(grid.flat)[len(panels) :])
     if y == dims.ROW:
         grid[0, 0].yaxis.set_major_locator(MaxNLocator(4, integer=True))
@@ -219,7 +219,7 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     grid[-1, 0].set_xlabel(_AXES[x])
     label = _LOSS.replace(" of", "\nof").removesuffix(" (nats)")
     bar = add_bar(figure, drawn, grid, label, aspect=12 * n_rows, fraction=0.05)
-    bar.set_ticks([-_largest(one), 0, _largest(one)], labels=["gains most", "0", "loses most"])
+    bar.set_ticks([-most, 0, most], labels=["gains most", "0", "loses most"])
     return figure
 
 
@@ -230,13 +230,6 @@ def _labels(lost: xr.DataArray) -> list[str]:
 
 def _largest(lost: xr.DataArray) -> float:
     return float(np.abs(lost.values).max()) or 1.0
-
-
-def _draw(axes: Axes, values: Any, most: float, **options: Any) -> AxesImage:
-    frame_all(axes)
-    return axes.imshow(
-        values, cmap=_COLOURS, vmin=-most, vmax=most, interpolation="nearest", **options
-    )
 
 
 # Which samples of a recording a model is asked about, to see what it leans on.
@@ -426,7 +419,8 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
             f"{data.origin.source}: expected some of {', '.join(card.textures)}, found {found}"
         )
     unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
-    recordings, source = unseen or known, _source(card)
+    recordings = unseen or known
+    source = Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [
@@ -473,11 +467,6 @@ def _require_fitting(
             f"from, found another or other settings ({found['sensor'].get('name')}); take data "
             "extracted with the same sensor file"
         )
-
-
-def _source(card: Card) -> Source:
-    """Return what the model's samples were made of, and how."""
-    return Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
 
 
 def _predictor(deployed: Deployed) -> Predict:

@@ -22,11 +22,10 @@ from afferents.dims import PIXELS, PIXELS_PER_FRAME
 from afferents.reporting.choice import Shown
 from afferents.reporting.style import (
     INK,
-    MISSING,
     SEQUENTIAL,
     VERMILION,
     add_bar,
-    frame_all,
+    draw_cells,
     new_figure,
     styled,
 )
@@ -36,8 +35,11 @@ SPACINGS = (20, 1)
 """Frames from one image to the next, as printed: as the paper's code draws, and as its text says.
 """
 UNITS = {dims.SA1: f"SA-I ({PIXELS})", dims.RA1: f"RA-I ({PIXELS_PER_FRAME})"}
-_ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
-"""Sliding directions in the image: x to the right, y downwards."""
+_LEFT, _RIGHT, _TOP, _BOTTOM = (0.15, 0.5), (0.85, 0.5), (0.5, 0.85), (0.5, 0.15)
+_ARROWS = {
+    "+x": (_RIGHT, _LEFT), "-x": (_LEFT, _RIGHT), "+y": (_BOTTOM, _TOP), "-y": (_TOP, _BOTTOM)
+}  # fmt: skip
+"""Tip and tail of sliding directions in the image, in parts of it: x to the right, y downwards."""
 
 
 @dataclass(frozen=True)
@@ -136,15 +138,9 @@ def draw_image(
     axes: Axes, image: NDArray[np.float32], scale: tuple[float, float], title: str
 ) -> AxesImage:
     """Draw an image (row, column) in colours that span the scale; what is NaN is grey."""
-    axes.set_facecolor(MISSING)
     axes.set_title(title, fontsize=7.5)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    frame_all(axes)
-    low, high = scale
-    return axes.imshow(
-        image, cmap=SEQUENTIAL, vmin=low, vmax=high, origin="upper", interpolation="nearest"
-    )
+    axes.set(xticks=[], yticks=[])
+    return draw_cells(axes, image, SEQUENTIAL, *scale)
 
 
 def name_axes(axes: Axes, sliding: str) -> None:
@@ -154,11 +150,6 @@ def name_axes(axes: Axes, sliding: str) -> None:
     axes.yaxis.set_label_position("right")
     axes.set_ylabel("← row (y)", fontsize=7)
     if sliding in _ARROWS:
-        dx, dy = _ARROWS[sliding]
-        axes.annotate(
-            "",
-            xy=(0.5 + dx / 2, 0.5 - dy / 2),
-            xytext=(0.5 - dx / 2, 0.5 + dy / 2),
-            xycoords="axes fraction",
-            arrowprops={"arrowstyle": "->", "color": VERMILION, "lw": 1.6},
-        )
+        tip, tail = _ARROWS[sliding]
+        arrow = {"arrowstyle": "->", "color": VERMILION, "lw": 1.6}
+        axes.annotate("", tip, tail, xycoords="axes fraction", arrowprops=arrow)

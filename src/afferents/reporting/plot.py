@@ -38,6 +38,7 @@ from afferents.reporting.style import (
     PURPLE,
     SKY,
     VERMILION,
+    draw_cells,
     draw_chance,
     frame_all,
     styled,
@@ -117,8 +118,8 @@ def tactile_image(
     ax = axes_of(ax, 4.2, 3.5)
     drawn = draw_image(ax, image, scale_of(image), ", ".join(title))
     rows, columns = image.shape
-    ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1], xlabel="column (x) →")
-    ax.set_ylabel("← row (y)")
+    ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1])
+    ax.set(xlabel="column (x) →", ylabel="← row (y)")
     ax.figure.colorbar(drawn, ax=ax, label=_label(response)).outline.set_visible(False)
     return ax
 
@@ -176,7 +177,7 @@ def markers(
         seen &= tracks[dims.DETECTED].sel({dims.TIME: now[dims.TIME]}).values
     ax = axes_of(ax, 5.2, 4.3)
     if frame is not None:
-        ax.imshow(frame, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+        draw_cells(ax, frame, "gray", 0, 255)
     width_inch = ax.get_window_extent().width / ax.figure.dpi
     draw_markers(ax, now.values, seen, scale=width_inch / 7)
     if not seen.all():
@@ -261,7 +262,8 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     if dims.FREQUENCY not in data.dims or dims.FEATURE in data.dims:
         expected = "the dimensions (audio_time, channel), or one 'frequency'"
         raise InputError(f"data: expected {expected}, found {kind_of(data)}")
-    lines = {label: _mean_spectrum(part) for label, part in _by_texture(data)}
+    others = [dim for dim in data.dims if dim != dims.FREQUENCY]
+    lines = {label: part.mean(others) for label, part in _by_texture(data)}
     ax = axes_of(ax, 7.0, 3.0)
     for number, (label, line) in enumerate(lines.items()):
         colour = COLOURS[number % len(COLOURS)]
@@ -356,10 +358,6 @@ def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
         (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
         for name, label in texture_labels(textures_of(data), by_spacing).items()
     ]
-
-
-def _mean_spectrum(data: xr.DataArray) -> xr.DataArray:
-    return data.mean([dim for dim in data.dims if dim != dims.FREQUENCY])
 
 
 # Plots of an evaluation: what is taken for what, and how accuracy goes with speed.

@@ -22,7 +22,7 @@ from afferents.reporting.style import (
     ORANGE,
     SEQUENTIAL,
     VERMILION,
-    frame_all,
+    draw_cells,
     name_places,
     new_figure,
     styled,
@@ -67,7 +67,7 @@ def markers_figure(
     title = title or f"Markers: {int(seen.sum())} of {len(seen)} detected"
     figure = new_figure(7.6, 7.0 * height / width + 1.0, title, source)
     axes = figure.subplots()
-    axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    draw_cells(axes, image, "gray", 0, 255)
     if trails is not None:
         axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
@@ -77,9 +77,8 @@ def markers_figure(
         axes.scatter(x, y, s=34, marker="D", facecolors="none", edgecolors=VERMILION, lw=1.2,
                      label="suspect, left out")  # fmt: skip
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
-    axes.set(xlabel="x (px) →", ylabel="← y (px)", xlim=(-0.5, width - 0.5))
-    axes.set_ylim(height - 0.5, -0.5)
-    frame_all(axes)
+    axes.set(xlabel="x (px) →", ylabel="← y (px)")
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
     return figure
 
 
@@ -145,25 +144,13 @@ def draw_markers(
     scale
         Of the circles and crosses; 1 is for axes of 7 inches.
     """
-    axes.scatter(
-        position[seen, 0],
-        position[seen, 1],
-        s=26 * scale**2,
-        facecolors="none",
-        edgecolors=BLUE,
-        lw=1.2 * scale,
-        label="detected",
-    )
+    x, y = position[seen].T
+    axes.scatter(x, y, s=26 * scale**2, facecolors="none", edgecolors=BLUE, lw=1.2 * scale,
+                 label="detected")  # fmt: skip
     lost = ~seen & np.isfinite(position).all(axis=1)
     if lost.any():
-        axes.scatter(
-            position[lost, 0],
-            position[lost, 1],
-            s=28 * scale**2,
-            color=VERMILION,
-            marker="x",
-            label="not detected",
-        )
+        x, y = position[lost].T
+        axes.scatter(x, y, s=28 * scale**2, color=VERMILION, marker="x", label="not detected")
 
 
 def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> None:
@@ -173,15 +160,9 @@ def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> N
     if len(alive) == 0:  # a still, or nothing seen
         return
     for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
-        band = alive.quantile([low, high], dim=dims.MARKER)
-        axes.fill_between(
-            alive[dims.TIME].values,
-            *band.values,
-            color=colour,
-            alpha=alpha,
-            lw=0,
-            label=f"{100 * low:.0f} to {100 * high:.0f} % of markers",
-        )
+        band = alive.quantile([low, high], dim=dims.MARKER).values
+        said = f"{100 * low:.0f} to {100 * high:.0f} % of markers"
+        axes.fill_between(alive[dims.TIME], *band, color=colour, alpha=alpha, lw=0, label=said)
     axes.plot(alive[dims.TIME], alive.mean(dims.MARKER), color=colour, label="mean")
     axes.set(ylabel=label, xlim=(time[0], time[-1]))
     if not (alive < 0).any():
@@ -192,18 +173,10 @@ def _draw_heatmap(figure: Figure, axes: Axes, response: xr.DataArray, label: str
     values = response.transpose(dims.MARKER, dims.TIME).values
     time = response[dims.TIME].values
     finite = values[np.isfinite(values)]
-    axes.set_facecolor("white")
-    image = axes.imshow(
-        values,
-        aspect="auto",
-        cmap=SEQUENTIAL,
-        interpolation="nearest",
-        vmin=0,
-        vmax=float(np.quantile(finite, 0.995)) if finite.size else 1.0,
-        extent=(time[0], time[-1], len(values) - 0.5, -0.5),
-    )
-    axes.set_ylabel("marker")
-    frame_all(axes)
+    top = float(np.quantile(finite, 0.995)) if finite.size else 1.0
+    extent = (time[0], time[-1], len(values) - 0.5, -0.5)
+    image = draw_cells(axes, values, SEQUENTIAL, 0, top, aspect="auto", extent=extent)
+    axes.set(ylabel="marker", facecolor="white")
     figure.colorbar(image, ax=axes, label=label, fraction=0.03, pad=0.01, extend="max")
 
 

@@ -199,8 +199,7 @@ def shear_figure(
     drawn = right.imshow(drag_px, cmap="cividis", aspect="auto", interpolation="nearest")
     right.set_xticks(range(drag_px.shape[1]), [f"{speed:g}" for speed in drag_px])
     right.set_yticks(range(len(labels)), labels)
-    right.set_ylabel("texture")
-    right.set_xlabel("speed (mm/s)")
+    right.set(ylabel="texture", xlabel="speed (mm/s)")
     right.set_title("how far the skin is dragged", loc="left")
     figure.colorbar(drawn, ax=right, label="mean displacement (px)")
     return figure
@@ -215,8 +214,7 @@ def _draw_shares(axes: Axes, shares: Mapping[str, Shares]) -> None:
     names = [f"{name}\n(rms {found.rms:.2f} px)" for name, found in shares.items()]
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlim(0, 100)
-    axes.set_xlabel("share of the variance (%)")
+    axes.set(xlim=(0, 100), xlabel="share of the variance (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncols=3, fontsize=7,
                 columnspacing=0.8, handlelength=1)  # fmt: skip
 
@@ -230,8 +228,7 @@ def _draw_accuracies(axes: Axes, accuracies: Mapping[str, Recognised], chance: f
     axes.axvline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)))
     axes.set_title("recognised from (dashed: chance)", loc="left")
     axes.invert_yaxis()
-    axes.set_xlim(0, 103)
-    axes.set_xlabel("accuracy at held-out speeds (%)")
+    axes.set(xlim=(0, 103), xlabel="accuracy at held-out speeds (%)")
 
 
 def shear_tables(
@@ -498,27 +495,18 @@ def meaning(
             "How well texture is recognised, with the global shear or without it, these data do "
             "not tell from chance."
         )
-    shear_adds, rest_adds = without_shear.ci95[0] > 0, shear_alone.ci95[0] > 0
-    if shear_adds and rest_adds:
-        points = 100 * without_shear.difference, 100 * shear_alone.difference
-        return (
-            "Texture is recognised from both: {:.1f} points are lost without the global shear, "
-            "{:.1f} without the rest of the images.".format(*points)
-        )
-    if shear_adds:
-        return (
-            "The global shear carries the texture: the rest of the images adds nothing to it that "
-            "these data show."
-        )
-    if rest_adds:
-        return (
-            "The images carry the texture without the global shear: it adds nothing to them that "
-            "these data show."
-        )
-    return (
-        "These data show no gain of both together over the global shear alone, or over the images "
-        "without it."
-    )
+    said = {  # by whether the shear adds to the images without it, and they to the shear
+        (True, True): "Texture is recognised from both: "
+        f"{100 * without_shear.difference:.1f} points are lost without the global shear, "
+        f"{100 * shear_alone.difference:.1f} without the rest of the images.",
+        (True, False): "The global shear carries the texture: the rest of the images adds nothing "
+        "to it that these data show.",
+        (False, True): "The images carry the texture without the global shear: it adds nothing to "
+        "them that these data show.",
+        (False, False): "These data show no gain of both together over the global shear alone, or "
+        "over the images without it.",
+    }
+    return said[without_shear.ci95[0] > 0, shear_alone.ci95[0] > 0]
 
 
 def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> Explanation:

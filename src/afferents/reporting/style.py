@@ -145,11 +145,21 @@ def add_bar(figure: Figure, drawn: AxesImage, ax: Any, label: str, **where: Any)
     return bar
 
 
+def draw_cells(
+    axes: Axes, values: Any, colours: str, low: float, high: float, **options: Any
+) -> AxesImage:
+    """Draw numbers (row, column) as colours from `low` to `high`, framed; what is NaN is grey."""
+    axes.set_facecolor(MISSING)
+    frame_all(axes)
+    return axes.imshow(
+        values, cmap=colours, vmin=low, vmax=high, interpolation="nearest", **options
+    )
+
+
 def percent_axes(axes: Axes, title: str, least: float = 0) -> None:
     """Make a panel of accuracy in percent, with its title."""
     axes.set_title(title, loc="left", fontweight="bold")
-    axes.set_ylim(least, 103)
-    axes.set_yticks(range(0, 101, 20))
+    axes.set(ylim=(least, 103), yticks=range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)
 
 
