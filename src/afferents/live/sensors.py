@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from afferents import devices
 from afferents.devices.base import FULL_SCALE
@@ -216,10 +217,13 @@ class Microphone(DeviceSource):
         for block in self._source.blocks():
             if block.overflowed:
                 yield Trouble("audio", count.next_s, "microphone: overrun, samples are lost")
-            wanted = block.samples[:, -self._n_channels :]
-            samples = wanted.astype(np.float32) / FULL_SCALE
-            time_s = count.read(len(samples), block.time_s, block.overflowed)
-            yield Sound(time_s, samples, time.monotonic())
+            yield sound_of(block, block.samples[:, -self._n_channels :], count)
+
+
+def sound_of(block: devices.Block, samples: NDArray[np.int16], count: devices.SampleClock) -> Sound:
+    """Return what wanted channels of a block are, when its samples were taken by their count."""
+    time_s = count.read(len(samples), block.time_s, block.overflowed)
+    return Sound(time_s, samples.astype(np.float32) / FULL_SCALE, time.monotonic())
 
 
 def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:

@@ -47,7 +47,7 @@ def show(predictions: Iterable[Prediction], pipeline: LivePipeline) -> None:
         live.update(screen.draw(console), refresh=True)  # the last, however quickly it came
 
 
-class Screen:
+class Screen(Newest):
     """Draws the evidence of every model as bars; without models, pictures of what comes in.
 
     Parameters
@@ -58,21 +58,17 @@ class Screen:
 
     def __init__(self, pipeline: LivePipeline) -> None:
         """Nothing has come yet."""
+        super().__init__()
         self._pipeline = pipeline
-        self._shown = Newest()
         self._most_sure = {
             reporter.name: reporter.card.most_sure
             for _, reporter in pipeline.reporters
             if isinstance(reporter, ModelReporter)
         }
 
-    def take(self, prediction: Prediction) -> None:
-        """Keep a prediction until the next of its name."""
-        self._shown.take(prediction)
-
     def draw(self, console: Console) -> RenderableType:
         """Return the picture as it is now; without colours, in words alone."""
-        latest = [prediction for prediction, _ in self._shown.predictions.values()]
+        latest = [prediction for prediction, _ in self.predictions.values()]
         if self._most_sure:
             return Group(*(_bars(p, self._most_sure[p.model]) for p in latest))
         parts: list[RenderableType] = []

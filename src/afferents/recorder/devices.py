@@ -50,10 +50,7 @@ class Clock:
 
     def now(self) -> float:
         """Return the time, s."""
-        real_s = time.monotonic()
-        return (
-            real_s if self._speed == 1 else self._begun_s + (real_s - self._begun_s) * self._speed
-        )
+        return self._begun_s + (time.monotonic() - self._begun_s) * self._speed
 
     def wait(self, seconds: float, ended: threading.Event) -> bool:
         """Wait so long, or until something has ended; say whether it has."""

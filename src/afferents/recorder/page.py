@@ -1,20 +1,17 @@
 """What the page shows of a recording: camera with markers, sound, and what is to be done."""
 
-import time
 from typing import Any
 
 import cv2
-import numpy as np
 from pydantic_core import to_json
 
-from afferents.devices.base import FULL_SCALE
 from afferents.devices.base import Frame as Taken
 from afferents.devices.clock import SampleClock
 from afferents.devices.picture import picture_of
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.live.events import Sound
 from afferents.live.images import FrameImages, Images
+from afferents.live.sensors import sound_of
 from afferents.live.streams import AudioStream
 from afferents.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.markers.sensor import Sensor
@@ -118,9 +115,7 @@ class RecordingPage(Shown):
             self._count = SampleClock(microphone.rate_hz)
         while self._watch.blocks:
             block = self._watch.blocks.popleft()
-            channel = self._watch.sensor_channel
-            samples = (block.samples[:, [channel]] / FULL_SCALE).astype(np.float32)
-            time_s = self._count.read(len(samples), block.time_s, block.overflowed)
-            for _ in self._audio.feed(Sound(time_s, samples, time.monotonic())):
+            samples = block.samples[:, [self._watch.sensor_channel]]
+            for _ in self._audio.feed(sound_of(block, samples, self._count)):
                 pass
         return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}

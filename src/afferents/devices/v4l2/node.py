@@ -43,10 +43,6 @@ class Node:
             )
         try:
             self.fd = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
-        except ValueError as error:  # no name that a file can have
-            raise InputError(
-                f"device: expected a camera's path, or its number, found {path!r}"
-            ) from error
         except OSError as error:
             raise self.refused(error) from error
         try:

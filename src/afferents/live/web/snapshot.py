@@ -13,7 +13,7 @@ from afferents.dims import RA1, SA1
 from afferents.live.events import CameraFrame
 from afferents.live.images import FrameImages
 from afferents.live.pipeline import LivePipeline
-from afferents.live.prediction import Newest, Prediction
+from afferents.live.prediction import Newest
 from afferents.live.quality import Quality
 from afferents.live.streams import AudioStream
 from afferents.markers.detect import Positions, spacing_px
@@ -57,7 +57,7 @@ class Shown(ABC):
         return self._newest
 
 
-class Snapshots(Shown):
+class Snapshots(Shown, Newest):
     """The newest prediction of every model, and what the streams have in hand.
 
     Parameters
@@ -70,15 +70,11 @@ class Snapshots(Shown):
 
     def __init__(self, pipeline: LivePipeline) -> None:
         """Nothing has come yet."""
+        super().__init__()
         self._pipeline = pipeline
-        self._shown = Newest()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self.ended: str | None = None
         self.repeats = False
-
-    def take(self, prediction: Prediction) -> None:
-        """Keep a prediction until the next of its model."""
-        self._shown.take(prediction)
 
     def hello(self) -> dict[str, Any]:
         """Return what does not change: who says something, models, or none of them."""
@@ -103,7 +99,7 @@ class Snapshots(Shown):
             "repeats": self.repeats,
             "percepts": [
                 {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
-                for prediction, taken_s in list(self._shown.predictions.values())
+                for prediction, taken_s in list(self.predictions.values())
             ],
             "video": self._video(),
             "audio": self._audio(),
