@@ -135,7 +135,9 @@ def accuracy_by_resolution(
         a window, as it is or stretched.
     """
     rows = []
-    for name, units in _classes(spikes, n_units, seed):
+    for name in spikes.units["class"].unique():
+        recorded = always_recorded(spikes, name)
+        units = some_units(recorded, n_units, np.random.default_rng(seed))
         whole = cut_windows(units, window_s, MOST_WINDOWS)
         cut: dict[str, dict[float | None, Spikes]] = {part: {None: whole} for part in _parts(whole)}
         if stretched:
@@ -297,12 +299,6 @@ def _named(
     level = np.log(np.bincount(which) / len(which)) - (mean.T * weights).sum(axis=0) / 2
     named: NDArray[np.str_] = names[(tested @ weights + level).argmax(axis=1)]
     return named
-
-
-def _classes(spikes: Spikes, n_units: int, seed: int) -> Iterator[tuple[str, Spikes]]:
-    for name in spikes.units["class"].unique():
-        whole = always_recorded(spikes, name)
-        yield name, some_units(whole, n_units, np.random.default_rng(seed))
 
 
 def _stretched_windows(units: Spikes, window_s: float) -> dict[float | None, Spikes]:

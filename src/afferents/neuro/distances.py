@@ -9,6 +9,7 @@ The ISI and SPIKE distances (Kreuz et al., J. Neurosci. Methods 165:151, 2007; J
 
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,31 +36,22 @@ def van_rossum(trains: Trains, duration_s: float, time_s: float) -> Any:
     return elephant.van_rossum_distance(times, time_constant=time_s * pq.s)
 
 
-def isi(trains: Trains, duration_s: float, time_s: float) -> Any:
-    """Return the ISI distance (train, train), 0 to 1: how unlike the intervals around moments are.
-
-    `time_s` is left.
-    """
-    pyspike, times = _pyspike(trains, duration_s)
-    return pyspike.isi_distance_matrix(times)
-
-
-def spike(trains: Trains, duration_s: float, time_s: float) -> Any:
-    """Return the SPIKE distance (train, train), 0 to 1: how far spikes are from the other's.
-
-    `time_s` is left.
-    """
-    pyspike, times = _pyspike(trains, duration_s)
-    return pyspike.spike_distance_matrix(times)
+def _pyspike(name: str, trains: Trains, duration_s: float, time_s: float) -> Any:
+    """Return a distance (train, train) of PySpike, 0 to 1; `time_s` is left."""
+    pyspike: Any = import_extra("neural", "spike distances", "pyspike")
+    with warnings.catch_warnings(action="ignore"):
+        times = [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]
+    return getattr(pyspike, name)(times)
 
 
 DISTANCES: dict[str, Distance] = {
     "victor-purpura": victor_purpura,
     "van-rossum": van_rossum,
-    "isi": isi,
-    "spike": spike,
+    "isi": partial(_pyspike, "isi_distance_matrix"),
+    "spike": partial(_pyspike, "spike_distance_matrix"),
 }
-"""By name."""
+"""By name; of ISI how unlike the intervals around moments are, of SPIKE how far spikes are from the
+other's."""
 
 
 def distance_matrix(
@@ -122,10 +114,3 @@ def _elephant(trains: Trains, duration_s: float) -> tuple[Any, list[Any], Any]:
 
     times = [neo.SpikeTrain(np.asarray(one) * pq.s, t_stop=duration_s * pq.s) for one in trains]
     return elephant, times, pq
-
-
-def _pyspike(trains: Trains, duration_s: float) -> tuple[Any, list[Any]]:
-    """Return PySpike, and trains as it takes them."""
-    pyspike: Any = import_extra("neural", "spike distances", "pyspike")
-    with warnings.catch_warnings(action="ignore"):
-        return pyspike, [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]

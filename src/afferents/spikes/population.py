@@ -343,12 +343,10 @@ def joined(parts: Iterable[Spikes]) -> Spikes:
         raise InputError("spikes: expected at least one part, found none")
     if any(not part.units.index.equals(parts[0].units.index) for part in parts):
         raise InputError("spikes: expected parts of the same units, found units that differ")
-    ends = np.cumsum([0] + [len(part.times) for part in parts])
-    offsets = [part.offsets[:-1] + end for part, end in zip(parts, ends, strict=False)]
     coarsest = np.max([part.units["resolution_s"] for part in parts], axis=0)
     return Spikes(
         np.concatenate([part.times for part in parts]),
-        np.concatenate([*offsets, ends[-1:]]).astype(np.int64),
+        _offsets(np.concatenate([np.diff(part.offsets) for part in parts])),
         parts[0].units.assign(resolution_s=coarsest),
         pd.concat([part.trials for part in parts], ignore_index=True),
         np.concatenate([part.recorded for part in parts]),
