@@ -191,9 +191,13 @@ class Device(ABC):
 
 
 class _Stream(Device):
-    """Gives frames or blocks, in a thread of its own, until it is told to end."""
+    """Gives frames or blocks, in a thread of its own, until it is told to end.
+
+    `_handle` is what `open` opened, which has a `close`; None while nothing is open.
+    """
 
     kind: ClassVar[str]
+    _handle: Any = None
 
     def __init__(self, options: Any) -> None:
         """Touch nothing yet."""
@@ -203,6 +207,20 @@ class _Stream(Device):
     def end(self) -> None:
         """Let it end soon; may be called from another thread. `close` it afterwards."""
         self._ended.set()
+
+    def close(self) -> None:
+        """Let it go."""
+        self.end()
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            handle.close()
+
+    def _begin(self) -> Any:
+        """Return what is open, to be read until `end` is called from now on."""
+        if self._handle is None:
+            raise self._lost("it is not open")
+        self._ended.clear()
+        return self._handle
 
     def _lost(self, why: str) -> DeviceError:
         name = f"{self.kind} {self.options.device}"

@@ -60,7 +60,6 @@ class PortableCamera(Camera):
         """Touch nothing yet."""
         super().__init__(options)
         self._driver = options.driver or DRIVERS.get(sys.platform, "v4l2")
-        self._container: InputContainer | None = None
 
     def open(self) -> None:
         """Open it.
@@ -81,27 +80,18 @@ class PortableCamera(Camera):
                 f"camera {options.device}: expected {asked[0]} x {asked[1]} px, found {found[0]} "
                 f"x {found[1]} px; ask for a size that it has"
             )
-        self._container = container
+        self._handle = container
         rate = stream.guessed_rate or stream.average_rate or options.fps_hz or "nan"
         self.settings = CameraSettings(
             options.device, _format(stream) or "GREY", *found, float(rate), {}, UNKNOWN
         )
 
-    def close(self) -> None:
-        """Let it go."""
-        self.end()
-        if self._container is not None:
-            self._container.close()
-            self._container = None
-
     def frames(self) -> Iterator[Frame]:
         """Yield what FFmpeg gives, numbered here."""
-        if self._container is None:
-            raise self._lost("it is not open")
-        self._ended.clear()
-        stream, clock = self._container.streams.video[0], HostClock()
+        container: InputContainer = self._begin()
+        stream, clock = container.streams.video[0], HostClock()
         try:
-            for sequence, packet in enumerate(self._container.demux(stream)):
+            for sequence, packet in enumerate(container.demux(stream)):
                 arrived_s = time.monotonic()
                 if self._ended.is_set():
                     return

@@ -58,11 +58,7 @@ class PortAudioMicrophone(Microphone):
     Options = PortAudioOptions
     options: PortAudioOptions
 
-    def __init__(self, options: PortAudioOptions) -> None:
-        """Touch nothing yet."""
-        super().__init__(options)
-        self._stream: Any = None
-        self._opened = False
+    _opened = False
 
     def open(self) -> None:
         """Open it; PortAudio is told to look for devices again if it was open before.
@@ -82,26 +78,16 @@ class PortAudioMicrophone(Microphone):
         self._blocks: SimpleQueue[Block] = SimpleQueue()
         self._lost_some = False
         self._clock, self._next_s = HostClock(), 0.0
-        self._stream = self._start(portaudio, round(options.block_s * options.rate_hz))
+        self._handle = self._start(portaudio, round(options.block_s * options.rate_hz))
         self._settled_s = time.monotonic() + options.settle_s
         self._opened = True
-        name = str(portaudio.query_devices(self._stream.device)["name"])
-        self.settings = MicrophoneSettings(
-            name, float(self._stream.samplerate), int(self._stream.channels)
-        )
-
-    def close(self) -> None:
-        """Let it go."""
-        self.end()
-        if self._stream is not None:
-            self._stream.close(ignore_errors=True)
-            self._stream = None
+        name = str(portaudio.query_devices(self._handle.device)["name"])
+        rate_hz, channels = float(self._handle.samplerate), int(self._handle.channels)
+        self.settings = MicrophoneSettings(name, rate_hz, channels)
 
     def blocks(self) -> Iterator[Block]:
         """Yield its sound from now on."""
-        if self._stream is None:
-            raise self._lost("it is not open")
-        self._ended.clear()
+        self._begin()
         self._ended.wait(self._settled_s - time.monotonic())
         while not self._blocks.empty():
             self._blocks.get()

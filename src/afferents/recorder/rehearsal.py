@@ -246,10 +246,6 @@ class _OnBench:
         self.options, self._bench = options, bench
         self._ended = threading.Event()
 
-    def close(self) -> None:
-        """End."""
-        self._ended.set()
-
 
 class SimulatedCameraOptions(FaultOptions):
     """A camera and its faults.

@@ -94,11 +94,6 @@ class V4l2Camera(Camera):
     Options = V4l2Options
     options: V4l2Options
 
-    def __init__(self, options: V4l2Options) -> None:
-        """Touch nothing yet."""
-        super().__init__(options)
-        self._node: Node | None = None
-
     def open(self) -> None:
         """Open it, set format, rate and controls, and read all back.
 
@@ -108,8 +103,7 @@ class V4l2Camera(Camera):
             If there is none, it is busy, or does not take the format, size or a control.
         """
         self._ended.clear()
-        node = Node(self.options.path)
-        self._node = node
+        self._handle = node = Node(self.options.path)
         try:
             self.settings = self._set(node)
         except OSError as error:
@@ -119,19 +113,9 @@ class V4l2Camera(Camera):
             self.close()
             raise
 
-    def close(self) -> None:
-        """Let it go."""
-        self.end()
-        if self._node is not None:
-            self._node.close()
-            self._node = None
-
     def frames(self) -> Iterator[Frame]:
         """Yield every buffer that the driver gives."""
-        if self._node is None:
-            raise self._lost("it is not open")
-        self._ended.clear()
-        node = self._node
+        node: Node = self._begin()
         try:
             buffers = _mapped(node)
             try:
