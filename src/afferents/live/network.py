@@ -1,20 +1,16 @@
 """A model as exported: one ONNX file that says what it needs, and classifies sample by sample."""
 
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from afferents.channels import channel_of
-from afferents.documents import as_form
 from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError, then
 from afferents.models.card import METADATA, Card, names_of, parse_card
-
-Part = TypeVar("Part", bound=BaseModel)
 
 
 class Outcome(NamedTuple):
@@ -61,7 +57,9 @@ class Network:
         self._check()
         self.channel = channel_of(self.card.channel)
         self.encoding = encoding_of(self.card.encoding, path)
-        self._stream = self._image_stream()
+        self._stream: ImageStream | None = None
+        if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does
+            self._stream = self.encoding.stream(self.channel.lookback)
         self.skip()
 
     def _check(self) -> None:
@@ -80,23 +78,6 @@ class Network:
                 f"{shapes} and {found}; export the model again"
             )
         self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None
-
-    def _image_stream(self) -> ImageStream | None:
-        """Return what makes samples of images; None where the file does, or for vibration."""
-        if self._stepping or not isinstance(self.encoding, ImageEncoding):
-            return None
-        return self.encoding.stream(self.channel.lookback)
-
-    def part(self, kind: type[Part], content: Any, what: str) -> Part:
-        """Return a part of its card as what it stands for.
-
-        Raises
-        ------
-        InputError
-            If it is of another version of the package.
-        """
-        wanted = f"a card with {what} of this version"
-        return as_form(content, kind, self.path, wanted, "train the model again")
 
     @property
     def of_pixels(self) -> bool:

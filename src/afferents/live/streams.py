@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.devices.clock import HostClock
+from afferents.documents import as_form
 from afferents.encodings.base import Ready, VibrationEncoding
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
@@ -305,9 +306,11 @@ class VideoStream(SensorStream):
         """
         card = networks[0].card
         require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
-        sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
-        learnt_from = {network.channel for network in networks}
         assert card.fps_hz is not None
+        assert card.sensor is not None
+        wanted, do = "a card with a sensor file of this version", "train the model again"
+        sensor = as_form(card.sensor, Sensor, networks[0].path, wanted, do)
+        learnt_from = {network.channel for network in networks}
         return cls(Images(sensor, learnt_from), card.fps_hz, networks)
 
     def begin(self, event: Begin) -> None:

@@ -239,6 +239,12 @@ def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> Non
         )
 
 
+def _sound_info(audio: Path) -> Any:
+    """Return what the header of a sound file says."""
+    with reading_sound(audio):
+        return soundfile.info(str(audio))
+
+
 def _sound_start_s(files: ImportedFiles) -> float:
     return float(files.time_s[0] if files.audio_start_s is None else files.audio_start_s)
 
@@ -247,8 +253,7 @@ def _require_overlap(files: ImportedFiles) -> None:
     """Refuse sound of which nothing was taken while there were frames."""
     if files.audio is None:
         return
-    with reading_sound(files.audio):
-        seconds = soundfile.info(str(files.audio)).duration
+    seconds = _sound_info(files.audio).duration
     start_s, (first_s, last_s) = _sound_start_s(files), files.time_s[[0, -1]]
     if start_s + seconds < first_s or start_s > last_s:
         found = f"{start_s:.3f} to {start_s + seconds:.3f} s; is --audio-start on their clock?"
@@ -268,9 +273,9 @@ def _write_sound(files: ImportedFiles, target: Path) -> float:
     if start_s <= first_s and files.audio.suffix.lower() == ".wav":
         shutil.copyfile(files.audio, target)
         return start_s
-    with reading_sound(files.audio):  # read as int16, floats of -1 to 1 would all become 0
-        is_float = soundfile.info(str(files.audio)).subtype in ("FLOAT", "DOUBLE")
-        kind = "float64" if is_float else "int16"
+    # read as int16, floats of -1 to 1 would all become 0
+    kind = "float64" if _sound_info(files.audio).subtype in ("FLOAT", "DOUBLE") else "int16"
+    with reading_sound(files.audio):
         samples, rate_hz = soundfile.read(str(files.audio), dtype=kind, always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
@@ -287,8 +292,7 @@ def _declare(files: ImportedFiles) -> dict[str, Any]:
         "frame_height": video.height,
     }
     if files.audio is not None:
-        with reading_sound(files.audio):
-            info = soundfile.info(str(files.audio))
+        info = _sound_info(files.audio)
         said |= {
             "sample_rate_hz": info.samplerate,
             "audio_channels": info.channels,
