@@ -37,18 +37,11 @@ from afferents.reporting.summary_text import (
     what_was_lost,
 )
 from afferents.reporting.tables import (
-    accuracy_by_speed,
-    by_texture_table,
-    by_touch_table,
-    controls_table,
+    accuracy_tables,
     heads_of,
     leak_sentences,
     leak_table,
-    lengths_table,
-    reliability_table,
     run_table,
-    table1,
-    touches_table,
 )
 from afferents.store.trimming import written
 from afferents.version import __version__
@@ -70,17 +63,7 @@ def render_report(
         Sentences for the reader, such as why a figure is missing.
     """
     summary = results.found
-    accuracies = [
-        table1(summary),
-        accuracy_by_speed(summary),
-        touches_table(summary),
-        lengths_table(summary),
-        by_touch_table(summary),
-        by_texture_table(results),
-        reliability_table(summary),
-        controls_table(summary),
-        differences(summary),
-    ]
+    tables = [*accuracy_tables(results), differences(summary)]
     drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]
     n_leading = 1 if summary.models else 0  # accuracy by what was held out: see `draw_pictures`
     return render(
@@ -95,7 +78,7 @@ def render_report(
         facts=facts(summary),
         lost=what_was_lost(summary.lost),
         notes=notes,
-        accuracies=[table for table in accuracies if table is not None],
+        accuracies=[one for one in tables if one is not None],
         folds=beside_paper(summary),
         leak_sentences=leak_sentences(summary),
         leaks=leak_table(summary),

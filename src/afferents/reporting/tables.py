@@ -568,3 +568,18 @@ def temperature_note(summary: Summary) -> str:
         f"Models that are solved at once have a temperature, set at {summary.split.many} left out "
         "inside the fold; networks are taken as they come out of training."
     )
+
+
+def accuracy_tables(results: Results) -> list[pd.DataFrame | None]:
+    """Return the tables of accuracies in the order of the page; None for what was not evaluated."""
+    summary = results.found
+    return [
+        table1(summary),
+        accuracy_by_speed(summary),
+        touches_table(summary),
+        lengths_table(summary),
+        by_touch_table(summary),
+        by_texture_table(results),
+        reliability_table(summary),
+        controls_table(summary),
+    ]
