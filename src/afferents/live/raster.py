@@ -1,6 +1,5 @@
 """Which units fired in the last second, as frames and sound come: spikes beside the responses."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -49,22 +48,6 @@ class Trains(NamedTuple):
         }
 
 
-class Raster(ABC):
-    """The last second of the units that one sense drives."""
-
-    @abstractmethod
-    def begin(self) -> None:
-        """Forget all: another recording begins, or nothing fresh comes."""
-
-    @abstractmethod
-    def skip(self) -> None:
-        """Let units begin anew: what comes next does not follow what came before."""
-
-    @abstractmethod
-    def trains(self) -> list[Trains]:
-        """Return the last second of each class; none before there is something."""
-
-
 class _Class:
     """Units of a class, and what they fired in the last second.
 
@@ -90,7 +73,7 @@ class _Class:
         return Trains(self._name, self._names, ages)
 
 
-class MarkerRaster(Raster):
+class MarkerRaster:
     """Some of the SA and RA units that `artificial_spikes` drives by SA-I and RA-I."""
 
     def __init__(self) -> None:
@@ -148,7 +131,7 @@ def _of_markers(n_markers: int) -> list[_Class]:
     ]
 
 
-class VibrationRaster(Raster):
+class VibrationRaster:
     """The PC units that `artificial_spikes` drives by the microphone.
 
     Parameters
@@ -185,3 +168,7 @@ class VibrationRaster(Raster):
     def trains(self) -> list[Trains]:
         """Return the last second of PC units."""
         return [] if self._class is None else [self._class.trains()]
+
+
+Raster = MarkerRaster | VibrationRaster
+"""The last second of the units that one sense drives."""

@@ -182,9 +182,8 @@ def accuracy_by_units(
         units = always_recorded(spikes, name)
         windows = cut_windows(units, window_s, MOST_WINDOWS)
         codes = {"rate": window_s, "timing": max(0.011, _finest(units))}
-        for number in [n for n in numbers if n < units.n_units] + [units.n_units]:
-            if number > max(numbers):
-                continue
+        most = min(units.n_units, max(numbers))
+        for number in sorted({n for n in (*numbers, units.n_units) if n <= most}):
             n_draws = draws if number < units.n_units else 1  # all units can be taken once
             for across in _parts(windows):
                 for code, resolution_s in codes.items():

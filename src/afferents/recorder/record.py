@@ -161,17 +161,13 @@ class Recorded:
     remaining: list[str] = field(default_factory=list)
 
 
-def make_recorder(
-    path: Path, dry_run: bool, ask: Ask, speed: float = 4.0, watch: Watch | None = None
-) -> "Recorder":
+def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = None) -> "Recorder":
     """Read a plan and find what it needs; nothing is touched or moved.
 
     Parameters
     ----------
     ask
         Shows a person what to do and waits until it is done.
-    speed
-        How much faster than in truth a dry run goes.
     watch
         Where who looks on finds the newest, if somebody does; a dry run then asks a person to
         change drums, as a rehearsal.
@@ -187,7 +183,7 @@ def make_recorder(
         return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
     rig = rig_of(sensor)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
-    bench = Bench(rig, plan, speed)
+    bench = Bench(rig, plan)
     devices = simulate_devices(plan, path, bench)
     return Recorder(plan, path, sensor, devices, None if watch is None else ask, bench, seen)
 

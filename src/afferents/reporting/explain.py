@@ -359,15 +359,15 @@ def explain(
     >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
     ['markers.png', 'waves.png']
     """
+    out = Path(out)
     with Progress(quiet) as progress:
         (opened,) = open_data([data], progress=progress)
-        return _explain(Path(model), opened, Path(out), cut, progress)
-
-
-def _explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
-    require_picture_folder(out, FACTS)
-    card, deployed = load_model(model)
-    asked = _asked(card, data, cut, progress)
+        require_picture_folder(out, FACTS)
+        card, deployed = load_model(Path(model))
+        asked = _asked(card, opened, cut, progress)
+        with progress.task("taking parts away", 1) as mark:
+            by_part = _losses(deployed, asked, card.textures)
+            mark(1)
     split = card.held_out
     groups = sorted(np.unique(split.of(asked.samples)).tolist(), key=order)
     unseen = not set(groups) & set(card.groups)
@@ -379,18 +379,15 @@ def _explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progr
         ],
         facts={
             "model": card.model,
-            "data": data.origin.model_dump(),
+            "data": opened.origin.model_dump(),
             split.groups: groups,
             "not_learnt_from": unseen,
             "n_samples": len(asked.labels),
             "accuracy": right,
         },
     )
-    with progress.task("taking parts away", 1) as mark:
-        by_part = _losses(deployed, asked, card.textures)
-        mark(1)
-    kind = "simulated " if data.origin.simulated else ""
-    source = f"{card.title} on {kind}{data.origin.data_set.path.name}. {found.sentences[0]}"
+    kind = "simulated " if opened.origin.simulated else ""
+    source = f"{card.title} on {kind}{opened.origin.data_set.path.name}. {found.sentences[0]}"
     for name, lost in by_part.items():
         figure = explanation_figure(name, lost, source)
         found.pictures.append(save_figure(figure, out / f"{name}.png"))
