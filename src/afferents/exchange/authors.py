@@ -279,13 +279,8 @@ def _of_networks(networks: Sequence[Answered]) -> pd.DataFrame:
         f"Percent recognised, of at most {MOST} samples of each texture of the test set.",
         ("Model", "Held-out speed, mm/s", "Their samples", "Our samples"),
         (
-            (
-                MODELS[one.model].title,
-                f"{one.held_out_speed_mm_s:g}",
-                _percent(one.accuracy_on_their_samples),
-                _percent(one.accuracy_on_our_samples),
-            )
-            for one in networks
+            (MODELS[model].title, f"{speed_mm_s:g}", _percent(theirs), _percent(ours))
+            for model, speed_mm_s, theirs, ours in networks
         ),
         n_headers=2,
     )

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,16 +9,12 @@ from afferents.errors import InputError
 from afferents.files import Place, write_aside
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.estimate import looks
-from afferents.markers.sensor import DiscDetector, load_sensor
+from afferents.markers.sensor import DiscDetector, Sensor, load_sensor
 from afferents.outputs import has_mark, is_our_picture, require_free
 from afferents.progress import printable
 from afferents.recordings.video import open_clip
 from afferents.reporting.recording_figures import markers_figure
 from afferents.reporting.style import save_figure
-
-if TYPE_CHECKING:
-    from afferents.markers.sensor import Sensor
-
 
 _ANY_HZ = 1.0
 """Rate of clips of which only places are wanted: of images nothing else says one."""
@@ -135,7 +130,7 @@ def calibrate(
     out: Place,
     pitch_mm: float | None = None,
     force: bool = False,
-) -> "Sensor":
+) -> Sensor:
     """Find out how a sensor's markers look and what layout they form; write its sensor file.
 
     Parameters

@@ -37,7 +37,7 @@ from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.explain import Explanation
-from afferents.reporting.labels import texture_labels
+from afferents.reporting.labels import texture_labels, with_interval
 from afferents.reporting.style import BLUE, GREY, ORANGE, SKY, new_figure, save_figure, styled
 from afferents.reporting.tables import make_table
 from afferents.store.responses import (
@@ -244,10 +244,7 @@ def shear_tables(
             for name, found in shares.items()
         ),
     )
-    rows = [
-        (title, f"{100 * mean:.1f} [{100 * low:.1f}, {100 * high:.1f}]")
-        for title, (mean, low, high) in accuracies.items()
-    ]
+    rows = [(title, with_interval(mean, ends)) for title, (mean, *ends) in accuracies.items()]
     of_textures = make_table(
         "Texture at held-out speeds",
         "Percent of samples of ten frames, mean over held-out speeds, with 95% interval over "

@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
 from afferents.files import write_aside
@@ -75,13 +76,11 @@ styled = rc_context(
 
 def new_figure(width: float, height: float, title: str, footer: str) -> Figure:
     """Return an empty figure of that size in inches, with its title and its source line."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    below = _FOOTER_INCH / height
+    inside = ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.05, rect=(0.005, below, 0.99, 1 - below))
+    figure = Figure(figsize=(width, height), layout=inside)
     figure.suptitle(title, x=0.012, ha="left", fontsize=11, fontweight="bold")
     figure.text(0.012, 0.06 / height, footer, fontsize=6.5, color=GREY, ha="left", va="bottom")
-    below = _FOOTER_INCH / height
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        engine.set(h_pad=0.06, w_pad=0.05, rect=(0.005, below, 0.99, 1 - below))  # type: ignore[call-arg]
     return figure
 
 

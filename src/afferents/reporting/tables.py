@@ -26,6 +26,7 @@ from afferents.reporting.labels import (
     outcomes,
     percent,
     texture_names,
+    with_interval,
 )
 from afferents.reporting.published import (
     published_confusion,
@@ -119,10 +120,7 @@ def to_markdown(table: pd.DataFrame) -> str:
 
 def mean_and_interval(found: Accuracies | None) -> str:
     """Return `50.1 [40.2, 60.3]` in percent."""
-    if found is None:
-        return ABSENT
-    low, high = map(percent, found.ci95)
-    return f"{percent(found.mean_accuracy)} [{low}, {high}]"
+    return ABSENT if found is None else with_interval(found.mean_accuracy, found.ci95)
 
 
 def worst_of(summary: Summary, found: Accuracies | None) -> str:
@@ -213,7 +211,7 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
     for model in model_order(summary):
         title = model_title(model, summary)
         rows += [
-            (title, protocol, *(_times_100(found.by.get(key)) for key in groups))
+            (title, protocol, *(100 * found.by[key] if key in found.by else None for key in groups))
             for protocol in PROTOCOL_TITLES
             if (found := outcome(summary, model, protocol))
         ]
@@ -250,10 +248,6 @@ def controls_table(summary: Summary) -> pd.DataFrame | None:
         ("What is left", "Accuracy"),
         rows,
     )
-
-
-def _times_100(share: float | None) -> float | None:
-    return None if share is None else 100 * share
 
 
 def _paper_by_speed(summary: Summary, model: str) -> list[float | None]:

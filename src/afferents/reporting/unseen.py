@@ -26,6 +26,7 @@ from afferents.reporting.labels import (
     spacing_note,
     texture_names,
     textures_line,
+    with_interval,
 )
 from afferents.reporting.page import render
 from afferents.reporting.summary_text import what_was_lost
@@ -119,7 +120,7 @@ def _unknown_rows(found: UnknownOutcome, unit: str) -> list[tuple[str, ...]]:
         fewest = min(speeds, key=lambda speed: finds.by_speed[speed])
         return (
             where,
-            *map(_share, shares),
+            *(with_interval(one.mean, one.ci95) for one in shares),
             f"{area:.3f}",
             f"{percent(alarms.by_speed[most])} at {most}",
             f"{percent(finds.by_speed[fewest])} at {fewest}",
@@ -133,11 +134,6 @@ def _unknown_rows(found: UnknownOutcome, unit: str) -> list[tuple[str, ...]]:
         row("inside", inside, getattr(found.auroc_inside, unit), ranked[1:-1]),
         row("outside what was learnt", outside, getattr(found.auroc_outside, unit), ends),
     ]
-
-
-def _share(found: ShareUnknown) -> str:
-    low, high = map(percent, found.ci95)
-    return f"{percent(found.mean)} [{low}, {high}]"
 
 
 def unknown_by_texture(summary: UnknownSummary) -> pd.DataFrame:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
 from scipy.signal import butter, resample_poly, sosfiltfilt
 
 from afferents import dims
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
+from afferents.forms import StrictForm
 from afferents.spikes.units import RATE_HZ, on_steps
 from afferents.store.responses import Responses
 
@@ -125,31 +125,27 @@ def _band(low_hz: float, high_hz: float) -> NDArray[np.float64]:
 _FILES = ("sa", "ra", "pc")
 
 
-class Parameter(BaseModel):
+class Parameter(StrictForm):
     """A number, its unit, and where it comes from."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     value: float
     unit: str
     source: str
 
 
-class DriveParameters(BaseModel):
+class DriveParameters(StrictForm):
     """How a response becomes current: `gain * log(1 + max(0, response - threshold) / scale)`.
 
     The logarithm, since responses span a hundredfold and firing rates tenfold. Gains of units
     differ by a log-normal factor of this spread.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     threshold: Parameter
     scale: Parameter
     spread: Parameter
 
 
-class AfferentClass(BaseModel):
+class AfferentClass(StrictForm):
     """One class, as its TOML file has it.
 
     Attributes
@@ -164,8 +160,6 @@ class AfferentClass(BaseModel):
         Parameters of each model of a unit, `gain` among them; those of a further model stand in a
         table of its name.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     variable: str
