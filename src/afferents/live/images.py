@@ -301,3 +301,29 @@ class _Clip:
     def frames(self) -> Iterator[Frame]:
         """Return them from the first."""
         return iter(self.taken)
+
+
+# Tactile images in colours.
+
+Pixels = NDArray[np.uint8]
+_CIVIDIS = np.array([
+    (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
+    (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),
+])  # fmt: skip
+"""Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
+
+
+def in_colours(image: Image, most: float) -> Pixels:
+    """Return a tactile image in colours, (row, column, 3): red, green, blue.
+
+    Parameters
+    ----------
+    image
+        Of a channel with one component, (row, column).
+    most
+        Value of the brightest colour; larger ones are no brighter. 0 is the darkest.
+    """
+    share = np.clip(image / most, 0, 1) * (len(_CIVIDIS) - 1)
+    low = np.minimum(share.astype(int), len(_CIVIDIS) - 2)
+    part = (share - low)[..., None]
+    return np.asarray((1 - part) * _CIVIDIS[low] + part * _CIVIDIS[low + 1], np.uint8)

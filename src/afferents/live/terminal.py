@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
+from afferents.live.images import Pixels, in_colours
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Newest, Prediction
 from afferents.live.quality import Quality
@@ -24,8 +25,6 @@ from afferents.live.streams import AudioStream, VideoStream
 
 EVERY_S = 0.1
 """Time between two pictures."""
-
-Pixels = NDArray[np.uint8]
 _BAR = 24
 _AT_ONCE_S = 0.05
 """What would be printed as 0.0 s."""
@@ -186,16 +185,13 @@ def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
 
 
 def _map(image: NDArray[np.floating[Any]], most_lines: int) -> tuple[Pixels, float]:
-    """Return a tactile image in cividis, (row, column, 3), and the value of the brightest colour.
+    """Return a tactile image in colours, (row, column, 3), and the value of the brightest colour.
 
     One marker that is found in the wrong place does not dim all others: a percent may be brighter.
-    The colours are even in lightness (Nuñez et al., PLoS ONE 2018).
     """
     most = max(float(np.percentile(image, 99)), _LEAST_PX)
     step = -(-image.shape[0] // most_lines)  # rows left out where there are too many for a screen
-    grey = np.rint(255 * np.clip(image[::step, ::step] / most, 0, 1)).astype(np.uint8)
-    coloured = cv2.applyColorMap(grey, cv2.COLORMAP_CIVIDIS)[..., ::-1]
-    return np.asarray(coloured, np.uint8), most
+    return in_colours(image[::step, ::step], most), most
 
 
 def _blocks(pixels: Pixels) -> Text:
