@@ -187,41 +187,39 @@ class Watch:
 
     def request(self, what: str) -> bool:
         """Do what somebody asks; tell whether it can be done now."""
-        if what == NEXT and self._waiting:
-            self._answer = NEXT
+        if what not in self._can:
+            return False
+        if what == STOP:
+            self._stop = True
         elif what == REDO and self._elapsed_s is not None:
             self.wants_redo = True
-        elif what == REDO and self._can_again:
-            self._answer = REDO
-        elif what == STOP and not self._ended:
-            self._stop = True
         else:
-            return False
+            self._answer = what
         return True
 
     def state(self) -> dict[str, Any]:
         """Return where it is, ready for JSON."""
-        running = self._elapsed_s is not None
-        allowed = {NEXT: self._waiting, REDO: running or self._can_again, STOP: not self._ended}
         return {
             "ended": self._ended,  # first: what is said is then the last
             "say": self._said(),
-            "can": [what for what in REQUESTS if allowed[what]],
+            "can": self._can,
             "run": self._name,
             "attempt": self._attempt,
             "done": self._done,
             "total": self._total,
             "elapsed_s": self._elapsed_s,
             "run_s": self._plan.total_s if self._plan else None,
-            "drive": self._drive if running else None,
+            "drive": self._drive if self._elapsed_s is not None else None,
             "free_gb": round(free_bytes(self._session) / 1e9, 1),
             "notes": list(self._notes),
         }
 
     @property
-    def _can_again(self) -> bool:
-        """Whether there is a run that was accepted now, and somebody is waited for."""
-        return self._waiting and self._accepted > 0
+    def _can(self) -> list[str]:
+        """What may be asked for now: once more while a run is made, or waited for after one."""
+        again = self._elapsed_s is not None or (self._waiting and self._accepted > 0)
+        allowed = {NEXT: self._waiting, REDO: again, STOP: not self._ended}
+        return [what for what in REQUESTS if allowed[what]]
 
     @property
     def _name(self) -> str:
