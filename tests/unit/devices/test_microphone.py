@@ -44,7 +44,7 @@ class PortAudio:
             raise self.PortAudioError("Invalid number of channels")
         stream = SimpleNamespace(
             device=device or 0, samplerate=samplerate, channels=channels, start=lambda: None, n=0,
-            close=lambda ignore_errors: None,
+            close=lambda: None,
         )  # fmt: skip
 
         def give(overflow=False):
