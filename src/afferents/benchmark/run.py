@@ -228,7 +228,7 @@ def _knew_labels(entry: Entry) -> str:
     """Return why a model is refused: it stays accurate where labels are exchanged. Or nothing."""
     permuted = entry.controls.get("permuted", entry.chance)
     above, known = entry.mean - entry.chance, permuted - entry.chance
-    by_chance = 2 * (entry.chance * (1 - entry.chance) / entry.recordings) ** 0.5
+    by_chance = 2 * (entry.chance * (1 - entry.chance) / entry.data.recordings) ** 0.5
     if above <= 0 or known <= max(above / 2, 0.1, by_chance):
         return ""
     return (

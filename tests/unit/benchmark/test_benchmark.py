@@ -197,3 +197,15 @@ def test_the_rigs_task_makes_its_own_data(tmp_path, monkeypatch):
     assert found.task.startswith("rig/speed@")
     assert found.data.simulated
     assert isinstance(found, Entry)
+
+
+@pytest.mark.parametrize(("recordings", "refused"), [(30, False), (300, True)])
+def test_what_chance_does_to_few_recordings_is_no_knowledge_of_labels(entries, recordings, refused):
+    """Six textures: a third of 30 recordings named rightly is within two standard errors."""
+    _, found = entries
+    chance, data = (
+        found["chance"],
+        found["chance"].data.model_copy(update={"recordings": recordings}),
+    )
+    of_few = {"mean": 0.27, "chance": 1 / 6, "controls": {"permuted": 0.3}, "data": data}
+    assert bool(_knew_labels(chance.model_copy(update=of_few))) is refused
