@@ -14,6 +14,7 @@ from sklearn.linear_model import LogisticRegression
 from afferents import Model
 from afferents.benchmark import Entry, all_tasks, find_task, read_entries, run, table
 from afferents.benchmark.entries import tables_by_task
+from afferents.benchmark.run import _knew_labels
 from afferents.benchmark.tasks import seal
 from afferents.channels import Channel
 from afferents.errors import InputError, LeakageError
