@@ -175,6 +175,8 @@ class Solved(Classifier):
     learns_from_sums
         Whether `Gram` sums of the samples are all that it learns from, so that samples
         can be left out without going through the others again.
+    adds_up
+        Whether what it gathers of samples adds up, and can be taken away again.
     told_speed
         Whether a robot tells it the speeds of what it is asked.
     """
@@ -182,6 +184,7 @@ class Solved(Classifier):
     penalties: ClassVar[tuple[float, ...]]
     searched: ClassVar[tuple[float, ...]] = ()
     learns_from_sums: ClassVar[bool] = False
+    adds_up: ClassVar[bool] = False
     novelty_of_scores: ClassVar[bool] = True
     told_speed: bool = False
     temperature: Tensor
@@ -197,6 +200,20 @@ class Solved(Classifier):
         penalty
             Strength of it.
         """
+
+    def gathered(self, data: FitData, n_samples: int | None = None) -> Any:
+        """Return what it learns from samples, whatever the penalty; here they themselves.
+
+        Parameters
+        ----------
+        n_samples
+            How many there are with those that this is added to, or taken from.
+        """
+        return data
+
+    def solve_gathered(self, gathered: Any, rng: np.random.Generator, penalty: float) -> None:
+        """Learn from what was gathered, in place."""
+        self.solve(gathered, rng, penalty)
 
     @abstractmethod
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:

@@ -26,11 +26,9 @@ from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solve
 from afferents.models.learning_set import mean_within, of_features
 from afferents.models.model import MODELS, Model
 from afferents.models.solved import (
-    Discriminant,
     Gram,
     JointFusion,
     LateFusion,
-    Ridge,
     Rows,
     equal_weights,
     log_probabilities,
@@ -244,26 +242,23 @@ def _leaving_out(
 ) -> Callable[[NDArray[np.bool_]], Callable[[float], None]]:
     """Return what takes some of the samples away, and gives what learns the rest with a penalty.
 
-    Sums of the samples are made once for all penalties, and where they add up those of the samples
-    that are gone are taken from those of all.
+    What it learns from is gathered once for all penalties, and where that adds up, what is gone is
+    taken from all.
     """
     everything = whole = None
-    if isinstance(classifier, Discriminant):
+    if classifier.adds_up:
         everything = _data_of(samples, labels, index, split)
-        whole = classifier.sums_of(everything)
+        whole = classifier.gathered(everything)
 
     def learn_without(gone: NDArray[np.bool_]) -> Callable[[float], None]:
-        others = index[~gone]
-        if not isinstance(classifier, Ridge):
-            return lambda penalty: learn(classifier, samples, labels, others, seed, penalty, split)
         if everything is None or not isinstance(whole, Gram):
-            learnt = classifier.sums_of(_data_of(samples, labels, others, split))
+            learnt = classifier.gathered(_data_of(samples, labels, index[~gone], split))
         else:
             its = FitData(*(one[torch.from_numpy(gone)] for one in everything))
-            away = classifier.sums_of(its, len(index))
-            assert isinstance(away, Gram)
-            learnt = whole - away
-        return lambda penalty: classifier.solve_sums(learnt, penalty)
+            learnt = whole - classifier.gathered(its, len(index))
+        return lambda penalty: classifier.solve_gathered(
+            learnt, np.random.default_rng(seed), penalty
+        )
 
     return learn_without
 

@@ -237,18 +237,20 @@ class Ridge(Solved):
 
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn from samples, in place; the speeds tell nothing."""
-        self.solve_sums(self.sums_of(data), penalty)
+        self.solve_gathered(self.gathered(data), rng, penalty)
 
-    def sums_of(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
-        """Return all that it learns from samples, whatever the penalty; standardise by them."""
+    def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
+        """Return the sums of samples; standardise by them."""
         flat = data.values.flatten(1)
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
         targets = nn.functional.one_hot(data.labels, self.n_last)
         return sums(self.last_features(data.values), targets, data.weight, n_samples)
 
-    def solve_sums(self, learnt: Gram | Rows, penalty: float) -> None:
+    def solve_gathered(
+        self, gathered: Gram | Rows, rng: np.random.Generator, penalty: float
+    ) -> None:
         """Learn from the sums of samples, in place."""
-        self._take(*learnt.solve(penalty))
+        self._take(*gathered.solve(penalty))
 
     def _take(self, weight: Tensor, constant: Tensor) -> None:
         linear = cast("nn.Linear", self.dense[0])
@@ -327,15 +329,18 @@ class Discriminant(Ridge):
     name = "discriminant"
     penalties = (0.01, 0.1, 1.0)
     learns_from_sums = False
+    adds_up = True
 
-    def sums_of(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
-        """Return all that it learns from samples; those of several, `n_samples` in all, add up."""
+    def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
+        """Return the sums of samples."""
         targets = nn.functional.one_hot(data.labels, self.n_last)
         return sums(data.values.flatten(1), targets, data.weight, n_samples)
 
-    def solve_sums(self, learnt: Gram | Rows, penalty: float) -> None:
+    def solve_gathered(
+        self, gathered: Gram | Rows, rng: np.random.Generator, penalty: float
+    ) -> None:
         """Learn from the sums of samples, in place."""
-        self._take(*learnt.solve_as_discriminant(penalty))
+        self._take(*gathered.solve_as_discriminant(penalty))
 
 
 # Fusion: what several models of one touch say together.
