@@ -21,7 +21,7 @@ pytestmark = pytest.mark.system
 SECONDS = 15
 MOVES_ON = """held => {
     const again = document.querySelector("#again");
-    if (!again.hidden) again.click();
+    if (!again.hidden && !window.asked) window.asked = again.click() ?? true;
     return document.querySelector(".counts").textContent !== held;
 }"""
 """On a busy machine the clip may have ended by then: it is played again."""
