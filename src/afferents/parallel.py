@@ -64,6 +64,18 @@ def side_by_side(
         If processes die again and again. Errors of `function` pass through, and stop the jobs
         that wait.
     """
+    with closing(side_by_side_numbered(function, jobs, workers, note)) as results:
+        for _, result in results:
+            yield result
+
+
+def side_by_side_numbered(
+    function: Callable[..., Result],
+    jobs: Iterable[Job],
+    workers: int | None,
+    note: Callable[[str], None] | None = None,
+) -> Generator[tuple[int, Result], None, None]:
+    """Do the same; yield each result with the number of its job, from 0."""
     waiting, deaths = dict(enumerate(jobs)), 0
     while waiting:
         before = len(waiting)
@@ -71,7 +83,7 @@ def side_by_side(
             with closing(_results(function, list(waiting.items()), workers)) as results:
                 for number, result in results:
                     del waiting[number]
-                    yield result
+                    yield number, result
         except TerminatedWorkerError as error:
             deaths = deaths + 1 if len(waiting) == before else 1
             if deaths == DEATHS:

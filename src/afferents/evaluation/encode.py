@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,7 @@ from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
 from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
-from afferents.parallel import side_by_side
+from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
 from afferents.store.responses import Responses, labelled, read_whole, speed_of
 
@@ -269,15 +269,10 @@ def encode_all(
     """
     _require_one_frame_rate(recordings, source)
     label = f"encoding {source.channel.name} {source.encoding.name}"
-    how = source, cut, ablation, corruption
-    jobs = ((number, responses, *how) for number, responses in enumerate(recordings))
-    found = side_by_side(_encode_numbered, jobs, workers, progress.note)
+    jobs = ((responses, source, cut, ablation, corruption) for responses in recordings)
+    found = side_by_side_numbered(encode, jobs, workers, progress.note)
     by_number = dict(progress.track(found, label, len(recordings)))
     return concatenate([by_number[number] for number in range(len(recordings))])
-
-
-def _encode_numbered(number: int, *job: Any) -> tuple[int, Samples]:
-    return number, encode(*job)
 
 
 def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> None:

@@ -77,15 +77,17 @@ def _outcome_of_tables(folder: Path) -> str:
     return f"{grid_sentence(session)} Check all with 'afferents inspect'."
 
 
-_NAMED = 30
-"""So many textures are named."""
+MOST_NAMED = 30
+"""So many textures are named, and values of a condition."""
 
 
 def grid_sentence(session: RecordingSet) -> str:
     """Say of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
-    names = ", ".join(session.textures[:_NAMED]) + ", ..." * (len(session.textures) > _NAMED)
+    names = ", ".join(session.textures[:MOST_NAMED]) + ", ..." * (
+        len(session.textures) > MOST_NAMED
+    )
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
         f"({names}) at {at}."

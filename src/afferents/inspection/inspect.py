@@ -32,11 +32,11 @@ from afferents.inspection.files import (
     inspect_video,
     inspect_wav,
 )
-from afferents.inspection.init import grid_sentence
+from afferents.inspection.init import MOST_NAMED, grid_sentence
 from afferents.markers.sensor import Sensor, sensor_in, sensors_of
 from afferents.markers.track import rest_positions
 from afferents.outputs import require_free, require_pictures_free
-from afferents.parallel import side_by_side
+from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
 from afferents.quality.lasting import EDGE_S
@@ -227,15 +227,11 @@ class Look:
     lost: float | None = None
 
 
-def look_at(
-    number: int, recording: Recording, data_set: DataSet, sensor: Sensor | None
-) -> tuple[int, Look]:
+def look_at(recording: Recording, data_set: DataSet, sensor: Sensor | None) -> Look:
     """Check a recording's headers and content, and its markers as `extract` would follow them.
 
     Parameters
     ----------
-    number
-        Comes back, to put recordings that were looked at side by side into their order.
     data_set
         That it is of.
     sensor
@@ -257,8 +253,8 @@ def look_at(
                 rate_hz, steady_s = table.sample_rate_hz, recording.steady_s
                 cut_audio(table.n_samples, rate_hz, "all", steady_s, recording.name)
     except AfferentsError as error:
-        return number, Look(row, [str(error)])
-    return number, Look(row, [str(doubt.error) for doubt in doubts], lost)
+        return Look(row, [str(error)])
+    return Look(row, [str(doubt.error) for doubt in doubts], lost)
 
 
 def inspect_recordings(
@@ -272,12 +268,12 @@ def inspect_recordings(
     found.sentences += reference_sentences(session, sensor)
     sensors = sensors_of(session, sensor) if isinstance(session, FolderSession) else None
     jobs = [
-        (n, recording, data_set, sensors.of(recording) if sensors else None)
-        for n, recording in enumerate(session.recordings)
+        (recording, data_set, sensors.of(recording) if sensors else None)
+        for recording in session.recordings
     ]
     # Sound alone is read sooner than processes begin.
     workers = None if any(r.video for r in session.recordings) else 1
-    looks = side_by_side(look_at, jobs, workers, progress.note)
+    looks = side_by_side_numbered(look_at, jobs, workers, progress.note)
     looked = dict(progress.track(looks, "checking", len(jobs)))
     in_order = [looked[number] for number in sorted(looked)]
     rows = [look.row for look in in_order if look.row is not None]
@@ -301,10 +297,6 @@ def inspect_recordings(
     return found
 
 
-_NAMED = 30
-"""So many values of a condition are named."""
-
-
 def table_sentences(session: RecordingSet) -> list[str]:
     """Say what was read from names and columns of tables, and which part of them is used."""
     files = [(r, r.audio) for r in session.recordings if isinstance(r.audio, SeriesFile)]
@@ -315,7 +307,7 @@ def table_sentences(session: RecordingSet) -> list[str]:
         for name, value in recording.conditions.items():
             values.setdefault(name, set()).add(str(value))
     said = [
-        f"{name}: {', '.join(sorted(its, key=natural_order)[:_NAMED])}"
+        f"{name}: {', '.join(sorted(its, key=natural_order)[:MOST_NAMED])}"
         for name, its in sorted(values.items())
     ]
     recording, file = files[0]

@@ -173,10 +173,10 @@ class Solved(Classifier):
         The same of one that has a single penalty, where a user asks that it be chosen; none for
         what has nothing to choose.
     learns_from_sums
-        Whether `Gram` sums of the samples are all that it learns from, so that samples
-        can be left out without going through the others again.
+        Whether it is `Gram.solve_as_ridge`, nearly, so that textures can be left out without going
+        through the other samples again.
     adds_up
-        Whether what it gathers of samples adds up, and can be taken away again.
+        Whether what it gathers of samples adds up exactly, and can be taken away again.
     told_speed
         Whether a robot tells it the speeds of what it is asked.
     """

@@ -34,12 +34,11 @@ from afferents.neuro.speed import (
     stretch_match,
 )
 from afferents.outputs import require_picture_folder
-from afferents.parallel import side_by_side
+from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
 from afferents.spikes.artificial import artificial_spikes, of_recordings
 from afferents.spikes.population import Spikes
-from afferents.store.responses import Responses
 from afferents.store.zarr_store import open_responses, open_whole
 
 _MANY = 20
@@ -71,13 +70,10 @@ def spikes_of_store(
     """
     recordings = open_whole(store)
     progress = progress or Progress(quiet=True)
-    jobs = ((n, one, model, seed, classes, start_s, stop_s) for n, one in enumerate(recordings))
-    done = side_by_side(_trial, jobs, None if len(recordings) >= _MANY else 1, progress.note)
+    jobs = (([one], model, seed, classes, start_s, stop_s) for one in recordings)
+    workers = None if len(recordings) >= _MANY else 1
+    done = side_by_side_numbered(artificial_spikes, jobs, workers, progress.note)
     return of_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
-
-
-def _trial(number: int, recording: Responses, *how: Any) -> tuple[int, Spikes]:
-    return number, artificial_spikes([recording], *how)
 
 
 # What the tables of spikes mean, in sentences.
