@@ -52,7 +52,7 @@ def random_responses(texture: str, speed: int, rng: np.random.Generator) -> xr.D
     )
     name = f"{texture}/{speed}"
     recording = Recording(name, texture, float(speed), Path(name), steady_s=(0.0, SECONDS))
-    return label(responses, recording).assign_attrs(checksum="random")
+    return label(responses, recording).assign_attrs(checksum=f"random {name}")
 
 
 def write_store(store: Path) -> None:
@@ -60,7 +60,8 @@ def write_store(store: Path) -> None:
     create_store(store, {"simulated": True, "random": True})
     for i, texture in enumerate(TEXTURES):
         for speed in SPEEDS:
-            if not has_responses(store, f"{texture}/{speed}", "random"):
+            name = f"{texture}/{speed}"
+            if not has_responses(store, name, f"random {name}"):
                 rng = np.random.default_rng([i, speed])
                 write_responses(store, random_responses(texture, speed, rng))
 
@@ -95,6 +96,8 @@ def main() -> None:
                 with suppress(psutil.NoSuchProcess):
                     peak = max(peak, memory_gb(psutil.Process(run.pid)))
                 time.sleep(0.5)
+        if run.returncode:
+            sys.exit(run.returncode)
         print(f"| {model} | {time.perf_counter() - began:.0f} | {peak:.2f} |", flush=True)
 
 

@@ -37,8 +37,8 @@ def fetch(
     url: Annotated[
         str | None,
         typer.Option(
-            help="Another place where it is: a folder of a web server that lists its files, one "
-            "archive of them, or what the paths of --manifest count from."
+            help="Another place where it is: a folder of a web server that lists its files, or "
+            "what the paths of --manifest count from."
         ),
     ] = None,
     manifest: Annotated[

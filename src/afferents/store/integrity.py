@@ -131,7 +131,7 @@ def require_described(responses: xr.Dataset, where: Path | str) -> None:
     if responses.attrs.get(DIGEST) != _of_description(responses):
         raise InputError(
             f"{where}: expected responses as they were extracted, found others (their digest says "
-            "so); extract the recording again"
+            "so); extract again"
         )
 
 
@@ -162,7 +162,7 @@ def require_values(variable: xr.Variable | xr.DataArray, where: Path | str) -> N
     if expected is not None and expected != _of_values(variable):
         raise InputError(
             f"{where}: expected values as they were extracted, found others (their digest says "
-            "so); extract the recording again"
+            "so); remove the recording's folder and extract again"
         )
 
 

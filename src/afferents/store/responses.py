@@ -314,7 +314,7 @@ def read_whole(responses: Responses, variable: str) -> xr.DataArray:
     except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
         raise InputError(
             f"{variable} of {responses.attrs['name']}: expected data that can be read, found "
-            f"{reason_of(error)}; extract the recording again"
+            f"{reason_of(error)}; remove the recording's folder and extract again"
         ) from error
     return labelled(response, responses)
 

@@ -66,6 +66,17 @@ def test_links_and_images_are_there():
     assert named <= examples
 
 
+def test_source_files_that_pages_name_are_there():
+    pages = [*PAGES, DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"]
+    named = {
+        path for page in pages for path in re.findall(r"`((?:\w+/)+\w+\.py)`", page.read_text())
+    }
+    package = Path(afferents.__file__).parent
+    lost = [path for path in named if not any((a / path).exists() for a in (package, DOCS.parent))]
+    assert named
+    assert lost == []
+
+
 @pytest.mark.system
 def test_the_start_page_leads_to_tactile_images(session, example_cache, run, tmp_path, monkeypatch):
     """Its commands and Python in order, with a clip of ours."""

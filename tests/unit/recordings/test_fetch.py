@@ -2,8 +2,10 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from hashlib import sha256
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -156,6 +158,19 @@ def test_a_disk_that_fills_up_keeps_what_came(site, archive, tmp_path):
     assert not (tmp_path / VIDEO).exists()
     go(archive, tmp_path)
     assert here(tmp_path) == FILES
+
+
+def test_a_disk_that_is_too_small(site, archive, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=300_000))
+    with pytest.raises(InputError, match=r"room for 335\.0 kB, found 300\.0 kB on that disk"):
+        go(archive, tmp_path)
+    assert here(tmp_path) == {}
+
+
+def test_an_archive_is_no_list(site, archive, tmp_path):
+    site.files = {"/all.zip": RNG.bytes(1_000_000)}
+    with pytest.raises(InputError, match="a folder that lists the .* files, found none in it"):
+        go(archive, tmp_path, url=f"{site.url}/all.zip")
 
 
 @pytest.mark.parametrize("name", ["../out", "/etc/passwd", "a/.ssh/x", "a\\b"])

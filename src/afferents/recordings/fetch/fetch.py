@@ -1,11 +1,10 @@
 """A public data set, brought here: what it is, how large, under which licence, and then its files.
 
 Nothing that is there is overwritten. What an earlier run brought is checked and kept, and a file
-that was broken off is gone on with. A data set that comes as one archive is unpacked when it is
-here, and the archive is removed once all of it is in place.
+that was broken off is gone on with.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ from pathlib import Path
 from rich.filesize import decimal
 
 from afferents.errors import InputError
-from afferents.files import Place, checksum, naming, remove, remove_partials
+from afferents.files import Place, checksum, free_bytes, naming
 from afferents.outputs import writing_alone
 from afferents.progress import Mark, Progress
 from afferents.recordings.fetch.archives import (
@@ -25,7 +24,6 @@ from afferents.recordings.fetch.archives import (
 )
 from afferents.recordings.fetch.download import download, part_of, size_here
 from afferents.recordings.fetch.listing import ask_sizes, import_web, list_files
-from afferents.recordings.fetch.unpack import is_packed, require_room, unpack
 
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
@@ -61,11 +59,6 @@ class Plan:
         """The files that are not here."""
         return [file for file in self.files if file.path not in self.here]
 
-    @property
-    def packed(self) -> str | None:
-        """Path of the one archive that is all of it; None if it is not so."""
-        return _packed(self.files)
-
     def describe(self) -> list[str]:
         """Say what it is, how large, under which licence, and how sure all that is."""
         archive, missing = self.archive, self.missing
@@ -77,10 +70,6 @@ class Plan:
         ]
         if self.here:
             said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
-        if self.packed:
-            said.append(
-                f"It is one archive, unpacked in {self.folder}, and is removed when all is whole."
-            )
         unknown = sum(file.sha256 is None for file in missing)
         if unknown:
             said.append(
@@ -132,9 +121,7 @@ def plan_fetch(
     else:
         files, page = read_manifest(listed, where), str(manifest or "this package")
     noted = _read_noted(folder, where)
-    files = _unpacked_before(files, noted, folder) or [
-        _with_noted(file, noted.get(file.path), folder) for file in files
-    ]
+    files = [_with_noted(file, noted.get(file.path)) for file in files]
     sized = tuple(progress.track(ask_sizes(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
     return Plan(archive, folder, sized, here, page, is_elsewhere=url is not None)
@@ -152,27 +139,9 @@ def _note(folder: Path, files: Sequence[RemoteFile]) -> None:
         out.write(format_manifest(files))
 
 
-def _unpacked_before(
-    files: Sequence[RemoteFile], noted: Mapping[str, RemoteFile], folder: Path
-) -> list[RemoteFile]:
-    """Return what an archive held, if it was unpacked here and all of that is here still."""
-    packed = _packed(files)
-    if packed not in noted:
-        return []
-    held = [file for path, file in noted.items() if path != packed]
-    return held if all((folder / file.path).exists() for file in held) else []
-
-
-def _packed(files: Sequence[RemoteFile]) -> str | None:
-    return files[0].path if len(files) == 1 and is_packed(files[0].path) else None
-
-
-def _with_noted(file: RemoteFile, noted: RemoteFile | None, folder: Path) -> RemoteFile:
-    """Return a file with what was noted of it when it came, where its list doesn't say it.
-
-    Servers may pack an archive anew for everybody who asks, so one that isn't here may change.
-    """
-    if noted is None or (is_packed(file.path) and not (folder / file.path).exists()):
+def _with_noted(file: RemoteFile, noted: RemoteFile | None) -> RemoteFile:
+    """Return a file with what was noted of it when it came, where its list doesn't say it."""
+    if noted is None:
         return file
     sha256 = file.sha256 or noted.sha256
     return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
@@ -187,21 +156,22 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
         If a file that is here is another, the disk is too small, or a file can't be had whole and
         right; what was fetched before stays, and the same command goes on from it.
     """
-    folder, packed = plan.folder, plan.packed
-    # What an archive holds is as large as the archive: videos can't be packed smaller.
-    needed = sum((f.n_bytes or 0) - size_here(part_of(f, folder)) for f in plan.missing)
-    held = sum(file.n_bytes or 0 for file in plan.files) if packed else 0
-    require_room(folder, needed + held, ", the archive and what is in it" if packed else "")
-    with writing_alone(folder, "fetch"):
-        remove_partials(folder)
+    needed = sum((f.n_bytes or 0) - size_here(part_of(f, plan.folder)) for f in plan.missing)
+    _require_room(plan.folder, needed)
+    with writing_alone(plan.folder, "fetch"):
         got, kept = _bring(plan, progress)
-        if packed is not None:
-            archive = (got + kept)[0]
-            got, kept = unpack(folder / packed, folder, _read_noted(folder, ""), progress)
-            _note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
-            remove(folder / packed)
     n_bytes = sum(file.n_bytes or 0 for file in got + kept)
-    return Fetched(folder, len(got), len(kept), n_bytes)
+    return Fetched(plan.folder, len(got), len(kept), n_bytes)
+
+
+def _require_room(folder: Path, needed: int) -> None:
+    """Refuse a disk that has less room than so many bytes."""
+    free = free_bytes(folder)
+    if needed > free:
+        raise InputError(
+            f"{folder}: expected room for {decimal(needed)}, found {decimal(free)} on that disk; "
+            "make room, or choose a folder on another disk"
+        )
 
 
 def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
@@ -222,7 +192,7 @@ def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[Remot
                 got.append(whole)
             done += whole.n_bytes or 0
             mark(done, file.path)
-            if file.path not in noted and plan.packed is None:
+            if file.path not in noted:
                 _note(folder, [whole])
     return got, kept
 
@@ -261,8 +231,7 @@ def fetch(
     """Fetch a public data set; what is here already is checked and kept.
 
     What it is, its size and its licence are printed before it begins. Needs the
-    extra `fetch`. A file that was broken off is gone on with. Where there is but one .zip or .tar
-    of everything, it is unpacked and then removed.
+    extra `fetch`. A file that was broken off is gone on with.
 
     Parameters
     ----------
@@ -272,8 +241,8 @@ def fetch(
     folder
         Where it goes.
     url
-        Another place where it is: a folder of a web server that lists its files, one archive of
-        them, or, with `manifest`, what the paths in that count from.
+        Another place where it is: a folder of a web server that lists its files, or, with
+        `manifest`, what the paths in that count from.
     manifest
         A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
     quiet

@@ -12,7 +12,6 @@ from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.plugins import import_extra
 from afferents.recordings.fetch.archives import RemoteFile, path_within
-from afferents.recordings.fetch.unpack import is_packed
 
 TIMEOUT_S = (10.0, 60.0)
 """To connect, and between two pieces of an answer."""
@@ -70,20 +69,19 @@ def list_files(url: str) -> list[RemoteFile]:
     Parameters
     ----------
     url
-        A folder of a web server that shows what is in it, one archive, or a folder of a data set
-        of the Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which says checksums too.
+        A folder of a web server that shows what is in it, or a folder of a data set of the
+        Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which says checksums too.
 
     Raises
     ------
     InputError
         If nothing answers, or no files are found.
     """
-    if is_packed(urlsplit(url).path):
-        return [RemoteFile(path_within(unquote(urlsplit(url).path.rpartition("/")[2]), url), url)]
     with import_web().Session() as session:
         if hub := _HUB.fullmatch(url):
             return list(_on_hub(session, url, hub.expand(_RAW)))
-        base = ask(session, url).url.rstrip("/") + "/"  # after redirections
+        with ask(session, url, stream=True) as answer:  # which may be a large file
+            base = answer.url.rstrip("/") + "/"  # after redirections
         files = sorted(_crawl(session, base))
     if not files:
         expected = "a folder that lists the data set's files"
@@ -121,7 +119,7 @@ def _crawl(session: Any, base: str) -> Iterator[str]:
         if not link.endswith("/"):
             yield link
             continue
-        found = _links_in(ask(session, link))
+        found = _links_in(ask(session, link, stream=True))
         new = {one for one in found if one.startswith(link)} - seen
         new = {one for one in new if not is_hidden(PurePosixPath(unquote(one.removeprefix(link))))}
         waiting += sorted(new)
