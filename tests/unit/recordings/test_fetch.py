@@ -169,7 +169,7 @@ def test_a_disk_that_is_too_small(site, archive, tmp_path, monkeypatch):
 
 def test_an_archive_is_no_list(site, archive, tmp_path):
     site.files = {"/all.zip": RNG.bytes(1_000_000)}
-    with pytest.raises(InputError, match="a folder that lists the .* files, found none in it"):
+    with pytest.raises(InputError, match=r"a folder that lists the .* files, found none in it"):
         go(archive, tmp_path, url=f"{site.url}/all.zip")
 
 
