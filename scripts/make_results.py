@@ -10,7 +10,8 @@ part whose file is there is not run again; one that was stopped goes on where it
 `out/results/log.txt`.
 
 All parts must be of one rig and one way of training: the first writes down which sources it used,
-and the others refuse to run with other sources.
+and the others refuse to run with other sources. A table names the commits, days and machines of
+all its parts.
 """
 
 import json
@@ -185,11 +186,11 @@ def _accuracies(results: Results, model: str, protocol: ProtocolName) -> dict[st
     }
 
 
-# Tables and the picture in the docs, of all parts that are there.
+# Tables and the picture in the docs.
 
 
 def write_tables() -> None:
-    """Write the tables of the paper's models and of ours, as far as their parts are made."""
+    """Write the tables of the paper's models and of ours whose parts are all made."""
     if demo := _found("demo"):
         _write("demo", "What the demo ends with", demo, _demo(demo["demo"]["models"]))
         picture = OUT / "demo" / "results" / "figures" / "accuracy-by-speed.png"
@@ -198,10 +199,12 @@ def write_tables() -> None:
     nested, published, ours = (
         _found(*(f"{kind}-S{seed}" for seed in SEEDS)) for kind in ("nested", "published", "ours")
     )
+    if nested and published:
+        both = {**nested, **published}
+        _write("rig-table1", "Table 1 on the rig", both, _table1(nested, published))
+        _write("rig-likeness", "How unlike the paper", both, _likeness(nested, published))
     if nested:
-        leaky, paper = {**nested, **published}, published_families()
-        _write("rig-table1", "Table 1 on the rig", leaky, _table1(nested, published))
-        _write("rig-likeness", "How unlike the paper", leaky, _likeness(nested, published))
+        paper = published_families()
         by_speed = _beside(nested, "by_speed", lambda name: paper[name].by_speed.values())
         _write("rig-speeds", "The six models by held-out speed", nested, by_speed)
         of_textures = _beside(nested, "by_texture", lambda n: np.diag(published_confusion(n)))
@@ -222,20 +225,19 @@ def write_tables() -> None:
         _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
     if unknown := _found("unknown"):
         _write("rig-unknown", "Textures never learnt", unknown, _unknown(unknown["unknown"]))
-    layouts = _found("ours-S11", "ours-hex331", "ours-radial127")
-    if len(layouts) > 1:
+    if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
         _write("rig-layouts", "Other layouts", layouts, _touches_of(layouts))
 
 
 def _found(*names: str) -> dict[str, dict[str, Any]]:
-    """Return what those of these parts found that are made."""
+    """Return what these parts found; nothing unless all are made."""
     files = [KEPT / f"{name}.json" for name in names]
-    return {file.stem: json.loads(file.read_text()) for file in files if file.is_file()}
+    there = all(file.is_file() for file in files)
+    return {file.stem: json.loads(file.read_text()) for file in files} if there else {}
 
 
 def _write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
-    one = next(iter(parts.values()))
-    found = {key: one[key] for key in ("commit", "date", "machine")}
+    found = pages.sources_of(parts.values())
     made_by = f'make results PART="{" ".join(parts)}"'
     table = {"commands": [made_by], "columns": rows[0], "rows": rows[1:]}
     pages.write_json(pages.DATA / f"{name}.json", {"title": title, **found, **table})
@@ -265,8 +267,6 @@ def _likeness(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[l
     paper = [family.mean_percent for family in published_families().values()]
     rows = [["protocol", "mean absolute difference, points", "rank correlation"]]
     for protocol, sessions in (("nested", nested), ("published", published)):
-        if not sessions:
-            continue
         each = np.array([_means(sessions, model, protocol) for model in published_families()])
         off = [float(np.abs(one - paper).mean()) for one in (each.mean(axis=1), *each.T)]
         rank = [float(spearmanr(one, paper)[0]) for one in (each.mean(axis=1), *each.T)]

@@ -18,7 +18,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -135,6 +135,15 @@ def source(commands: list[str]) -> dict[str, Any]:
         "date": f"{date.today()}",
         "machine": f"{processor()}, {os.cpu_count()} cores",
         "commands": commands,
+    }
+
+
+def sources_of(parts: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return commits, days and machines of the parts of a table, each once."""
+    every = list(parts)
+    return {
+        key: "; ".join(dict.fromkeys(part[key] for part in every))
+        for key in ("commit", "date", "machine")
     }
 
 
