@@ -235,6 +235,6 @@ def compared(pair: Mapping[str, Spikes]) -> str:
     return (
         f"Compared: {one.trials['texture'].nunique()} textures of each; {units} of each; "
         f"{n} repetition{'s' if n > 1 else ''} of each texture and speed; "
-        f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trials "
+        f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trains "
         f"{100 * (1 - one.recorded.mean()):.0f}% were not recorded."
     )

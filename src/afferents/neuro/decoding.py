@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from afferents.errors import InputError
+from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes, joined
 
 Across = Literal["speeds", "windows"]
@@ -198,13 +199,21 @@ def accuracy_by_units(
 
 
 def summary(by_speed: dict[float, float]) -> dict[str, float]:
-    """Return the mean over speeds, and its 95% interval by Student's t over them."""
+    """Return the mean over speeds, and its 95% interval by Student's t; NaN where all agree."""
     values = np.array(list(by_speed.values()))
     mean, n = float(values.mean()), len(values)
     if n < 2:
         return {"accuracy": mean, "low": np.nan, "high": np.nan}
     half = float(student.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))
+    if half == 0:  # a few shares that agree say nothing of how far they may lie apart
+        return {"accuracy": mean, "low": np.nan, "high": np.nan}
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
+
+
+def percent_of(found: pd.Series) -> str:
+    """Return an accuracy in percent, with its 95% interval over speeds where there is one."""
+    mean, low, high = (100 * found[name] for name in ("accuracy", "low", "high"))
+    return f"{mean:.0f}%" + (f" [{low:.0f}, {high:.0f}]" if high > low else "")
 
 
 def binned_features(windows: Spikes, resolution_s: float) -> NDArray[np.float64]:
@@ -276,6 +285,7 @@ def _named(
     train: NDArray[np.float64], texture: NDArray[np.str_], test: NDArray[np.float64], seed: int
 ) -> NDArray[np.str_]:
     """Return the texture that each test window is taken for."""
+    import_extra("neural", "texture from spikes", "sklearn")
     # which take longer to import than all the rest
     from sklearn.covariance import ledoit_wolf
     from sklearn.decomposition import PCA

@@ -33,8 +33,8 @@ _WORDS = {"timing": "with timing", "rate": "rates"}
 
 @styled
 def raster_figure(spikes: Spikes, source: str) -> Figure:
-    """Draw the spikes of a few trials, a panel a trial, a row a unit."""
-    height = 0.8 + 0.055 * max(spikes.n_units, 12)
+    """Draw the spikes of a few trials, a panel a trial, a row a unit; grey: not recorded."""
+    height = 1.0 + 0.055 * max(spikes.n_units, 24)
     figure = new_figure(2.9 * spikes.n_trials + 1.0, height, "Spikes", source)
     panels = figure.subplots(1, spikes.n_trials, sharey=True, squeeze=False)[0]
     classes = spikes.units["class"].to_numpy(str)
@@ -42,6 +42,8 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
         trains = [1e3 * spikes.train(trial, unit) for unit in range(spikes.n_units)]
         colours = [CLASS_COLOURS[name] for name in classes]
         axes.eventplot(trains, colors=colours, linewidths=0.6, linelengths=0.8)
+        for unit in np.flatnonzero(~spikes.recorded[trial]):
+            axes.axhspan(unit - 0.5, unit + 0.5, color=GREY, alpha=0.25, lw=0)
         row = spikes.trials.iloc[trial]
         title = f"{row['texture']}, {row['speed_mm_s']:g} mm/s"
         axes.set_title(title, loc="left", fontweight="bold")

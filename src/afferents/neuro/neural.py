@@ -15,6 +15,7 @@ from afferents.neuro.decoding import (
     WINDOW_S,
     accuracy_by_resolution,
     accuracy_by_units,
+    percent_of,
     require_conditions,
     summary,
 )
@@ -109,16 +110,26 @@ def _rates(rates: pd.DataFrame, who: str = "units") -> list[str]:
     return said
 
 
-def _codes(found: pd.DataFrame) -> list[str]:
+def _codes(found: pd.DataFrame, whose: str = "units") -> list[str]:
     said = []
     for (name, across), some in found.groupby(["class", "across"], sort=False):
-        by = some.set_index("resolution_s")["accuracy"]
-        best_s, rate = float(by.index.to_numpy()[by.argmax()]), by.loc[by.index.max()]
-        where = "not learnt from" if across == "speeds" else "learnt from"
+        by = some.set_index("resolution_s")
+        rate_s, best_s = by.index.max(), by["accuracy"].idxmax()
+        where = "held out" if across == "speeds" else "that other windows were learnt from"
+        finer = (
+            "and no finer bin does better"
+            if best_s == rate_s
+            else f"bins of {1e3 * best_s:.3g} ms {percent_of(by.loc[best_s])}"
+        )
         said.append(
-            f"{name}, at a speed {where}: rates alone recognise {100 * rate:.0f}% of the windows, "
-            f"bins of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
+            f"{name} {whose}, at a speed {where}: rates alone recognise "
+            f"{percent_of(by.loc[rate_s])} of the windows of {rate_s:.2g} s, {finer} (chance "
             f"{100 * some['chance'].iloc[0]:.0f}%)."
+        )
+    if {"speeds", "windows"} <= set(found["across"]):
+        said.append(
+            "A speed held out is learnt from whole trials at all others, a speed learnt from by "
+            "part of its own trials alone: with few speeds or short trials that may be harder."
         )
     return said
 
@@ -272,11 +283,17 @@ def _beside(
         return Beside({}, {}, [])
     both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
     rates = rates_table(fibres)
-    empty = f"{natural}; an empty row: silent, or not recorded"
+    empty = f"{natural}; grey: not recorded"
+    decoded = both.tables.get("beside_resolution", pd.DataFrame({"population": []}))
+    of_each = [
+        sentence
+        for population, found in decoded.groupby("population", sort=False)
+        for sentence in _codes(found, f"{population}, made alike")
+    ]
     return Beside(
         both.tables | {"natural_rates": rates},
         both.figures | {"natural_raster": raster_figure(_shown(fibres, seed), empty)},
-        [*_rates(rates, "fibres (natural)"), *both.sentences],
+        [*_rates(rates, "fibres (natural)"), *both.sentences, *dict.fromkeys(of_each)],
     )
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import require_conditions, some_units, summary
+from afferents.neuro.decoding import percent_of, require_conditions, some_units, summary
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
@@ -138,11 +138,11 @@ def match_sentences(matches: pd.DataFrame, who: str) -> list[str]:
     """
     said = []
     for _, some in matches.groupby([name for name in _WHOSE if name in matches], sort=False):
-        by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
+        by, one = some.set_index("stretched"), some.iloc[0]
         said.append(
-            f"{who.format(**one)} find their texture at another speed in {100 * by[True]:.0f}% of "
-            f"cases when stretched by the ratio of the speeds, in {100 * by[False]:.0f}% as they "
-            f"are (chance {100 * one['chance']:.0f}%)."
+            f"{who.format(**one)} find their texture at another speed in "
+            f"{percent_of(by.loc[True])} of cases when stretched by the ratio of the speeds, in "
+            f"{percent_of(by.loc[False])} as they are (chance {100 * one['chance']:.0f}%)."
         )
     return said
 

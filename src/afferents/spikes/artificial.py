@@ -1,5 +1,6 @@
 """Spikes of artificial afferents: units that markers and the microphone drive."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
@@ -10,10 +11,13 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.spikes.afferents import AfferentClass, Input, afferent_classes
 from afferents.spikes.population import Spikes, joined
-from afferents.spikes.units import UNIT_MODELS, Drive, Fired
+from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive, Fired
 from afferents.store.responses import Responses, steady_s
 
 _SHORTEST_S = 0.1
+SETTLING_S = 0.5
+"""What was recorded so long before a stretch drives the units already: they begin at rest, and a
+press that is suddenly there makes them fire a volley that no fibre under a lasting press has."""
 
 
 def artificial_spikes(
@@ -31,7 +35,9 @@ def artificial_spikes(
     has those classes that it has responses for.
 
     Between two frames the current is interpolated, so SA and RA units have no timing of their own
-    below a frame's duration; `units.resolution_s` says so.
+    below a frame's duration; `units.resolution_s` says so. The half second before a stretch drives
+    the units too, as far as it was recorded; a stretch that begins with its recording finds them
+    at rest.
 
     Parameters
     ----------
@@ -106,14 +112,17 @@ def _trial(
 ) -> Spikes:
     """Return the spikes of one recording."""
     start_s, stop_s = stretch_of(recording, start_s, stop_s)
+    recorded_s = start_s - (float(recording[dims.TIME][0]) if dims.TIME in recording else 0.0)
+    before_s = math.floor(min(SETTLING_S, max(recorded_s, 0.0)) * RATE_HZ) / RATE_HZ
     units, fired = [], []
     for afferent in classes:
         if afferent.variable not in recording:
             continue
-        given = afferent.input_of(recording, start_s, stop_s)
+        given = afferent.input_of(recording, start_s - before_s, stop_s)
         values = afferent.values(model)
         current = afferent.current(given.response, values["gain"], seed)
-        fired.append(UNIT_MODELS[model].fire(Drive(current, given.row, given.weight), values))
+        every = UNIT_MODELS[model].fire(Drive(current, given.row, given.weight), values)
+        fired.append(every.since(before_s))
         units.append(_table(afferent.name, given))
     if not units:
         wanted = " or ".join(afferent.variable for afferent in classes)

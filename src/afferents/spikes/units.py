@@ -40,6 +40,11 @@ class Fired(NamedTuple):
     time_s: NDArray[np.float64]
     unit: NDArray[np.int64]
 
+    def since(self, start_s: float) -> "Fired":
+        """Return the spikes after a moment, in s from there."""
+        after = self.time_s > start_s
+        return Fired(self.time_s[after] - start_s, self.unit[after])
+
 
 class UnitModel(ABC):
     """A model of a spiking neuron; the same for all classes, with parameters of their own.

@@ -20,7 +20,8 @@ TABLES = {
     ),
     "resolution": pd.DataFrame(
         {"class": ["PC"] * 2, "across": ["speeds"] * 2, "resolution_s": [0.01, 0.5],
-         "accuracy": [0.61, 0.32], "chance": [0.08] * 2}
+         "accuracy": [0.61, 0.32], "low": [0.5, np.nan], "high": [0.7, np.nan],
+         "chance": [0.08] * 2}
     ),
     "stretch": pd.DataFrame(
         {"class": ["RA"] * 2, "from_mm_s": 40.0, "to_mm_s": 80.0, "stretched": [True, False],
@@ -40,8 +41,8 @@ def test_sentences_say_what_the_tables_hold():
         "SA units fire 50 spikes/s in the mean; of the recordings, the middle four fifths lie "
         "between 10 and 90.",
         "Most SA units are silent in a/40 (texture/speed).",
-        "PC, at a speed not learnt from: rates alone recognise 32% of the windows, bins of 10 ms "
-        "61% (chance 8%).",
+        "PC units, at a speed held out: rates alone recognise 32% of the windows of 0.5 s, bins "
+        "of 10 ms 61% [50, 70] (chance 8%).",
         f"RA {stretched} 72% of cases when stretched by the ratio of the speeds, in 15% as they "
         "are (chance 2%).",
         "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",

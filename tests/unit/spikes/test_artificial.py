@@ -71,6 +71,18 @@ def test_the_seed_says_which_units_and_nothing_else_does():
     assert len({len(one.train(0, unit)) for unit in range(4)}) > 1, "units differ"
 
 
+def test_a_stretch_begins_with_units_that_have_settled():
+    pressed = recording(sa1=2.0, markers=40)
+    whole = artificial_spikes([pressed], classes=["SA"], start_s=0)
+    cut = artificial_spikes([pressed], classes=["SA"], start_s=0.5)
+    for unit in range(40):  # as if it had been recorded on and on
+        train = whole.train(0, unit)
+        np.testing.assert_allclose(cut.train(0, unit), train[train > 0.5] - 0.5, atol=1e-6)
+    first, later = cut.window(0, 0.05).rates().mean(), cut.rates().mean()
+    assert first < 1.5 * later
+    assert whole.window(0, 0.05).rates().mean() > 1.5 * later  # the volley of a sudden press
+
+
 def test_what_a_unit_listens_to_and_how_finely_is_said():
     spikes = artificial_spikes([recording()], start_s=0.5, stop_s=1.5)
     table = spikes.units

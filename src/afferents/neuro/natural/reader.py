@@ -119,7 +119,7 @@ def described_natural(spikes: Spikes) -> list[str]:
         said.append(f"Never recorded: {_listed(absent)}.")
     if missing := int((~spikes.recorded).sum()):
         share = missing / spikes.recorded.size
-        said.append(f"Not recorded: {missing} of {spikes.recorded.size} trials ({share:.0%}).")
+        said.append(f"Not recorded: {missing} of {spikes.recorded.size} trains ({share:.0%}).")
     return said
 
 
