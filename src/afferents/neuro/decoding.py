@@ -210,9 +210,9 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
 
 
-def percent_of(found: pd.Series) -> str:
-    """Return an accuracy in percent, with its 95% interval over speeds where there is one."""
-    mean, low, high = (100 * found[name] for name in ("accuracy", "low", "high"))
+def percent_of(row: pd.DataFrame) -> str:
+    """Return the accuracy of one row in percent, with its 95% interval where there is one."""
+    mean, low, high = (100 * float(row[name].iloc[0]) for name in ("accuracy", "low", "high"))
     return f"{mean:.0f}%" + (f" [{low:.0f}, {high:.0f}]" if high > low else "")
 
 

@@ -113,17 +113,17 @@ def _rates(rates: pd.DataFrame, who: str = "units") -> list[str]:
 def _codes(found: pd.DataFrame, whose: str = "units") -> list[str]:
     said = []
     for (name, across), some in found.groupby(["class", "across"], sort=False):
-        by = some.set_index("resolution_s")
-        rate_s, best_s = by.index.max(), by["accuracy"].idxmax()
+        rates, best = some.nlargest(1, "resolution_s"), some.nlargest(1, "accuracy")
+        window_s, best_s = (float(one["resolution_s"].iloc[0]) for one in (rates, best))
         where = "held out" if across == "speeds" else "that other windows were learnt from"
         finer = (
             "and no finer bin does better"
-            if best_s == rate_s
-            else f"bins of {1e3 * best_s:.3g} ms {percent_of(by.loc[best_s])}"
+            if percent_of(best) == percent_of(rates)
+            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}"
         )
         said.append(
             f"{name} {whose}, at a speed {where}: rates alone recognise "
-            f"{percent_of(by.loc[rate_s])} of the windows of {rate_s:.2g} s, {finer} (chance "
+            f"{percent_of(rates)} of the windows of {window_s:.2g} s, {finer} (chance "
             f"{100 * some['chance'].iloc[0]:.0f}%)."
         )
     if {"speeds", "windows"} <= set(found["across"]):

@@ -138,11 +138,11 @@ def match_sentences(matches: pd.DataFrame, who: str) -> list[str]:
     """
     said = []
     for _, some in matches.groupby([name for name in _WHOSE if name in matches], sort=False):
-        by, one = some.set_index("stretched"), some.iloc[0]
+        moved, one = some["stretched"].astype(bool), some.iloc[0]
         said.append(
             f"{who.format(**one)} find their texture at another speed in "
-            f"{percent_of(by.loc[True])} of cases when stretched by the ratio of the speeds, in "
-            f"{percent_of(by.loc[False])} as they are (chance {100 * one['chance']:.0f}%)."
+            f"{percent_of(some[moved])} of cases when stretched by the ratio of the speeds, in "
+            f"{percent_of(some[~moved])} as they are (chance {100 * one['chance']:.0f}%)."
         )
     return said
 

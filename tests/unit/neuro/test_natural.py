@@ -72,7 +72,7 @@ def test_one_cell_array(tmp_path, write_mat, content, trains):
     assert described_natural(spikes) == [
         "4 fibres (2 SA, 1 RA, 1 PC), 3 textures at 40, 80, 120 mm/s.",
         "Without any spike: SA-2.",
-        "Not recorded: 2 of 72 trials (3%).",
+        "Not recorded: 2 of 72 trains (3%).",
     ]
 
 
