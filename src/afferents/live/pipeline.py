@@ -12,7 +12,7 @@ from afferents.live.network import Network
 from afferents.live.prediction import Prediction
 from afferents.live.raster import MarkerRaster, Trains, VibrationRaster
 from afferents.live.reporters import Reporter
-from afferents.live.streams import AudioStream, SensorStream, VideoStream
+from afferents.live.sensor_streams import AudioStream, SensorStream, VideoStream
 
 
 class LivePipeline:

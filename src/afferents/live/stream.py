@@ -13,7 +13,7 @@ from afferents.live.events import Channel, Mailbox, Source, Trouble, let_go, rea
 from afferents.live.network import Network
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
-from afferents.live.streams import SensorStream
+from afferents.live.sensor_streams import SensorStream
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""

@@ -21,7 +21,7 @@ from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Newest, Prediction
 from afferents.live.quality import Quality
 from afferents.live.reporters import ModelReporter
-from afferents.live.streams import AudioStream, VideoStream
+from afferents.live.sensor_streams import AudioStream, VideoStream
 
 EVERY_S = 0.1
 """Time between two pictures."""

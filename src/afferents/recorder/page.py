@@ -11,8 +11,8 @@ from afferents.devices.picture import picture_of
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.images import FrameImages, Images
+from afferents.live.sensor_streams import AudioStream
 from afferents.live.sensors import sound_of
-from afferents.live.streams import AudioStream
 from afferents.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.markers.sensor import Sensor
 from afferents.recorder.watch import Watch

@@ -20,7 +20,7 @@ from afferents.live import (
     open_sources,
     stream,
 )
-from afferents.live.streams import JUMP_S
+from afferents.live.sensor_streams import JUMP_S
 from afferents.models.card import METADATA
 from afferents.recordings.audio import WavFile
 from afferents.recordings.session import read_session

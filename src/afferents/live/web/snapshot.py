@@ -15,7 +15,7 @@ from afferents.live.images import FrameImages
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Newest
 from afferents.live.quality import Quality
-from afferents.live.streams import AudioStream
+from afferents.live.sensor_streams import AudioStream
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
 
