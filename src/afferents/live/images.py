@@ -25,6 +25,9 @@ Image = NDArray[np.float32]
 Response = NDArray[np.floating]
 SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
 """Channels that the page shows, whatever models classify by."""
+MOVED_PX, MOVED_SHARE = 0.2, 0.05
+"""Nothing touches the skin where no more markers than this share are this far from rest: tracking
+alone moves them half as far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +45,15 @@ class FrameImages:
         Which were found, (n,).
     grid
         Where each stands in a tactile image.
+    at_rest
+        Whether the markers lie where they were at rest: nothing touches the skin.
     """
 
     markers: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
     grid: Grid
+    at_rest: bool
 
     @property
     def share_found(self) -> float:
@@ -162,7 +168,10 @@ class Images:
         if (lens := self._sensor.lens) is not None:
             now, rest = undistort(now, lens), undistort(rest, lens)
         self._before, self._now = self._now, Skin(now, rest)
-        return FrameImages(self._responses(self._channels, grid), position, detected, grid)
+        moved = np.count_nonzero(np.hypot(*(now - rest).T) > MOVED_PX)
+        at_rest = bool(detected.any() and moved <= MOVED_SHARE * np.count_nonzero(detected))
+        responses = self._responses(self._channels, grid)
+        return FrameImages(responses, position, detected, grid, at_rest)
 
     def show(self, images: FrameImages) -> FrameImages:
         """Add what only the page shows to the images that `feed` returned last."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
-State = Literal["texture", "unknown", "looking", "waiting", "stalled"]
+State = Literal["texture", "unknown", "untouched", "looking", "waiting", "stalled"]
 
 
 @dataclass
@@ -44,7 +44,8 @@ class Prediction:
     model
         Its model, such as ``ra-ste``; ``camera`` or ``microphone`` where one looks without a model.
     state
-        ``texture``; ``unknown`` where nothing that was learnt fits; ``looking`` without a model;
+        ``texture``; ``unknown`` where nothing that was learnt fits; ``untouched`` while all markers
+        lie where they were at rest, so that a touch is yet to begin; ``looking`` without a model;
         ``waiting`` before there is enough to classify; ``stalled`` where the source went silent or
         lags: nothing fresh is known.
     time_s
@@ -91,7 +92,7 @@ class Prediction:
     @property
     def fresh(self) -> bool:
         """Whether it is of what is touched now."""
-        return self.state in ("texture", "unknown", "looking")
+        return self.state in ("texture", "unknown", "untouched", "looking")
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""

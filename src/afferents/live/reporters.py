@@ -150,13 +150,19 @@ class ModelReporter(Reporter):
     def report_frame(
         self, images: FrameImages, time_s: float, every_s: float, arrived_s: float
     ) -> Prediction | None:
-        """Say what a frame is, by the network's channel; None where it lacks that."""
+        """Say what a frame is, by the network's channel; None where it lacks that.
+
+        While nothing touches the skin there is no evidence; a touch begins after that.
+        """
+        if images.at_rest:
+            self.begin()
+            found = {"latency_ms": _since(arrived_s), "markers_found": images.share_found}
+            return self._predict("untouched", time_s, **found)
         network, name = self.network, self.network.channel.name
         image = images.image(name) if network.of_pixels else images.markers.get(name)
         if image is None:
             return None
-        found = images.share_found
-        return self.report(image, time_s, every_s, arrived_s, found)
+        return self.report(image, time_s, every_s, arrived_s, images.share_found)
 
     def report(
         self,

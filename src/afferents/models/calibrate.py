@@ -47,17 +47,38 @@ def calibrate_model(
         _last_features(deployed, learnt.values, train), learnt.labels[train], unseen
     )
     labels = learnt.labels[held].numpy()
+    recording = samples[dims.RECORDING].values[fold.validation]
+    most_shown = most_that_can_show(n := len(np.unique(recording)))
     logits = deployed.network.scores_of(unseen).double().numpy()
     temperature = fit_temperature(lambda temperature: logits / temperature, labels)
+    temperature = softened(logits, temperature, most_shown)
     deployed.temperature = torch.tensor(temperature)
     probabilities = deployed.outcome(unseen)[0].double().numpy()
-    recording = samples[dims.RECORDING].values[fold.validation]
     stop_s = samples[dims.STOP].values[fold.validation]
     per_s, right_when_sure = best_evidence(probabilities, labels, recording, stop_s)
     accuracy = float((probabilities.argmax(1) == labels).mean())
-    interval = interval_of(accuracy, len(np.unique(recording)))
-    most_sure = min(right_when_sure, interval[1])
+    interval = interval_of(accuracy, n)
+    most_sure = min(right_when_sure, interval[1], most_shown)
     return Calibration(temperature, per_s, accuracy, interval, most_sure)
+
+
+def most_that_can_show(n: int) -> float:
+    """Return how often a model is right that was right of n recordings of n.
+
+    The median under a uniform prior: it is as likely too high as too low.
+    """
+    return float(0.5 ** (1 / (n + 1)))
+
+
+def softened(logits: Floats, temperature: float, most: float) -> float:
+    """Return the temperature, or the lowest at which the likeliest has `most` in the mean.
+
+    Where all of a few samples are right, the fitted temperature is as low as it may be, and
+    probabilities say 100%.
+    """
+    while softmax(logits / temperature, axis=1).max(axis=1).mean() > most:
+        temperature *= 1.05
+    return temperature
 
 
 def interval_of(share: float, n: int) -> tuple[float, float]:

@@ -171,10 +171,11 @@ class Card(BaseModel):
         How many samples' worth of log-probabilities a second of touch is: neighbouring frames
         are nearly the same, and no news.
     most_sure
-        No texture is felt live with a higher probability: the upper end of the 95% interval of the
-        validation accuracy (over recordings), or, if that is less, how often a texture that had 95%
-        of the evidence was the true one. Samples of one touch share its peculiarities, so evidence
-        that adds up may become surer than the model ever was right.
+        No texture is recognised live with a higher probability: the least of the upper end of the
+        95% interval of the validation accuracy (over recordings), how often a texture that had 95%
+        of the evidence was the true one, and what so many recordings can show if all are right.
+        Samples of one touch share its peculiarities, so evidence that adds up may become surer than
+        the model ever was right.
     sensor
         The sensor file's content, for images; its rest frame is that of the recordings, where they
         share one.

@@ -60,7 +60,8 @@ def fed(pipeline, events):
 
 
 def frames_of(predictions):
-    return {round(p.time_s * 90) - 1 for p in predictions}
+    """Of frames with a touch: the rest frame itself is none."""
+    return {round(p.time_s * 90) - 1 for p in predictions if p.state != "untouched"}
 
 
 FIRST = 10 + 1 + 9
@@ -274,3 +275,18 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
     steps = np.diff([p.time_s for p in pictures[:15]])
     assert np.median(steps) == pytest.approx(1 / 15, abs=0.03)  # single ones may come late
     assert pictures[-1].frame.luma.shape == (480, 640)
+
+
+def test_nothing_is_recognised_while_the_skin_is_at_rest(models, pictures):
+    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
+    pipeline.video.speed = math.inf
+    still, n = pictures[10], len(pictures)
+    at = [still.frame._replace(time_s=(n + i) / 90) for i in range(30)]
+    touched = fed(pipeline, pictures)
+    assert touched[-1].probabilities
+    rested = fed(pipeline, [still._replace(frame=frame) for frame in at])
+    assert {p.state for p in rested[-10:]} == {"untouched"}
+    assert rested[-1].fresh
+    assert not rested[-1].probabilities
+    even = [1 / len(rested[-1].evidence)] * len(rested[-1].evidence)
+    assert list(rested[-1].evidence.values()) == pytest.approx(even)

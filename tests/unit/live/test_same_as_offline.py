@@ -145,8 +145,10 @@ def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name)
     source = ReplayedVideo(recording.video, Pace(math.inf))
     live = runs_live(afferents.live.stream([source], models[name]), name)
     offline = felt_offline(models[name], stored(stores["video"], recording), MODELS[name], cut_s=0)
+    if name in ("sa-se", "sa-wave"):
+        del offline[min(offline)]  # it holds the rest frame, where nothing touches the skin
     assert set(offline) <= set(live)
-    assert len(offline) == (35 if name == "sa-se" else 3)
+    assert len(offline) == {"sa-se": 34, "sa-wave": 2}.get(name, 3)
     require_alike(live, offline)
 
 

@@ -96,6 +96,7 @@ function showModel(view, percept) {
   let felt = `${leader}`, how = `${share}%${sure}`;
   if (!fresh) [felt, how] = [percept.state === "waiting" ? "waiting" : "nothing fresh", ""];
   else if (unknown) [felt, how] = ["unknown", "like nothing it has learnt"];
+  else if (percept.state === "untouched") [felt, how] = ["no touch", "the skin is at rest"];
   view.felt.replaceChildren(felt === leader ? called(view.model, felt) : felt, " ", make("small", { textContent: how }));
   view.felt.dataset.felt = felt;
   if (percept.troubles.length) view.trouble.textContent = percept.troubles.at(-1);
