@@ -117,6 +117,15 @@ def draw_spectra(panels: list[Panel]) -> None:
         max(np.median(getattr(p, name).max(axis=1)) for p in panels)
         for name in ("published", "rig")
     ]
+    tops = {
+        bumpy: max(
+            float(values[0, :300].max() / top)
+            for panel in panels
+            if bool(panel.spacing_mm) == bumpy
+            for values, top in zip((panel.published, panel.rig), loudest, strict=True)
+        )
+        for bumpy in (False, True)
+    }
     for panel in panels:
         column = SPECTRA_MM_S.index(panel.speed_mm_s)
         first = 0 if panel.spacing_mm else 2
@@ -126,7 +135,7 @@ def draw_spectra(panels: list[Panel]) -> None:
             axis = axes[first + row, column]
             colour = "#555555" if name == "published" else "#0072b2"
             axis.plot(np.arange(300), values[:300] / top, color=colour, linewidth=0.9)
-            axis.set_ylim(0, 1.05 if panel.spacing_mm else 0.22)
+            axis.set_ylim(0, 1.05 * tops[bool(panel.spacing_mm)])
             axis.spines[["top", "right"]].set_visible(False)
             if panel.spacing_mm:
                 for k in (1, 2, 3, 4):
@@ -138,7 +147,9 @@ def draw_spectra(panels: list[Panel]) -> None:
             if first + row == 3:
                 axis.set_xlabel("frequency (Hz)")
     figure.suptitle(
-        "Amplitude over the loudest line of g; orange: k f1, k = 1 to 4", ha="left", x=0.01
+        "One window's amplitude over the median of g's loudest line; orange: k f1, k = 1 to 4",
+        ha="left",
+        x=0.01,
     )
     figure.savefig(DOCS / "images" / "rig-spectra.png", dpi=110)
 

@@ -1,12 +1,15 @@
 """The main way asks for nothing that only Unix has."""
 
+from asyncio import selector_events
+
 from ..hiding import runner
 
 MODULES = ("fcntl", "grp", "pty", "pwd", "resource", "syslog", "termios", "tty")
 NAMES = {
     "os": (
         *("fork", "getpgid", "getuid", "geteuid", "killpg", "mkfifo", "openpty", "pidfd_open"),
-        *("sched_getaffinity", "setsid", "statvfs", "sysconf"),
+        *("sched_getaffinity", "setsid", "statvfs"),
+        *(() if hasattr(selector_events, "SC_IOV_MAX") else ("sysconf",)),  # asyncio asks for it
     ),
     "signal": ("SIGHUP", "SIGKILL", "SIGUSR1", "pthread_sigmask"),
 }
