@@ -12,6 +12,7 @@ from typing import Literal
 
 from packaging.requirements import Requirement
 
+from afferents.plugins import how_to_install
 from afferents.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
@@ -97,9 +98,7 @@ def _extra(extra: str) -> str:
     ]
     absent = [name for name in needed if _installed(name) is None]
     if absent:
-        return (
-            f"not there ({', '.join(absent)}); pip install -c constraints.txt 'afferents[{extra}]'"
-        )
+        return f"not there ({', '.join(absent)}); {how_to_install(extra)}"
     if extra == "record" and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"

@@ -4,6 +4,7 @@ import json
 import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -67,7 +68,7 @@ def as_form(
     try:
         return form.model_validate_json(text, strict=True)
     except ValidationError as error:
-        raise _first_fault(error, content, where, what, do) from error
+        raise _first_fault(error, content, form, where, what, do) from error
 
 
 def read_checked(path: Path, form: type[BaseModel], what: str, do: str = "") -> dict[str, Any]:
@@ -127,14 +128,22 @@ def quoted(text: str) -> str:
 
 
 def _first_fault(
-    error: ValidationError, content: object, where: object, what: str, do: str
+    error: ValidationError,
+    content: object,
+    form: type[BaseModel],
+    where: object,
+    what: str,
+    do: str,
 ) -> InputError:
     """Say in one sentence which key is at fault and why."""
     fault = error.errors()[0]
     key = ".".join(_keys(fault["loc"], content))
     if fault["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        known = _all_keys(form.model_json_schema())
+        meant = get_close_matches(str(fault["loc"][-1]), known, n=1)
+        hint = f" (did you mean {meant[0]}?)" if meant else ""
         return InputError(
-            f"{where}: expected keys of {what}, found the unknown key '{key}'{then(do)}"
+            f"{where}: expected keys of {what}, found the unknown key '{key}'{hint}{then(do)}"
         )
     if fault["type"] == "missing":
         return InputError(f"{where}: expected {what} with the key '{key}', found none{then(do)}")
@@ -150,6 +159,12 @@ def _first_fault(
         f"{where}: expected {f'{what} with {key}: {reason}' if key else reason}, found "
         f"{found}{then(do)}"
     )
+
+
+def _all_keys(schema: Mapping[str, Any]) -> set[str]:
+    """Return the keys of a form and of those inside it, from its JSON schema."""
+    tables = [schema, *schema.get("$defs", {}).values()]
+    return {key for table in tables for key in table.get("properties", ())}
 
 
 def reason_in(fault: Mapping[str, Any]) -> str:

@@ -23,6 +23,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from afferents.errors import AfferentsError, InputError
 from afferents.outputs import lock_text
+from afferents.plugins import how_to_install
 from afferents.stopping import stop_later
 
 if TYPE_CHECKING:
@@ -299,7 +300,7 @@ def _client(address: str) -> Iterator["Client"]:
         from distributed import Client
     except ImportError:
         raise InputError(
-            "--cluster: expected Dask, found none installed; pip install 'afferents[cluster]'"
+            f"--cluster: expected Dask, found none installed; {how_to_install('cluster')}"
         ) from None
     if not _ADDRESS.fullmatch(address):  # Dask would try for half a minute
         raise InputError(

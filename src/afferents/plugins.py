@@ -11,6 +11,12 @@ from typing import Any
 from afferents.errors import AfferentsError, InputError, raised, then
 
 
+def how_to_install(extra: str) -> str:
+    """Say what to type for an optional extra."""
+    without_cuda = "; docs/install.md says how without CUDA" if extra == "train" else ""
+    return f"in the checkout, pip install -c constraints.txt '.[{extra}]'{without_cuda}"
+
+
 def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     """Import packages of an optional extra; return the first.
 
@@ -27,8 +33,8 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     try:
         modules = [import_module(name) for name in names]
     except ImportError as error:
-        wanted, remedy = f"the packages of the extra '{extra}'", f"pip install 'afferents[{extra}]'"
-        raise InputError(f"{asked}: expected {wanted}, found {error!s}{then(remedy)}") from error
+        wanted, do = f"the packages of the extra '{extra}'", how_to_install(extra)
+        raise InputError(f"{asked}: expected {wanted}, found {error!s}{then(do)}") from error
     return modules[0]
 
 
@@ -48,7 +54,7 @@ def missing_extra(error: ImportError, asked: str) -> InputError | None:
         return None
     return InputError(
         f"{asked}: expected the packages of the extra 'train', found {error!s}; "
-        "pip install 'afferents[train]'"
+        f"{how_to_install('train')}"
     )
 
 

@@ -46,7 +46,7 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
         assert "pip install -c constraints.txt 'onnxruntime" in missing[0]
     else:
         assert missing == []
-        remedy = "not there (skops); pip install -c constraints.txt 'afferents["
+        remedy = "not there (skops); in the checkout, pip install -c constraints.txt '.["
         assert said.startswith(remedy)
         assert dict(rows)["extra cluster"] == "there"
 

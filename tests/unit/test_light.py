@@ -51,7 +51,7 @@ def test_commands_that_learn_say_what_to_install(light, command):
     ended = light(*command)
     assert ended.returncode == 2
     assert NEEDS in ended.stderr
-    assert "pip install 'afferents[train]'" in ended.stderr
+    assert "pip install -c constraints.txt '.[train]'; docs/install.md" in ended.stderr
     assert "Traceback" not in ended.stderr
 
 
@@ -69,7 +69,7 @@ def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
     ):
         said = light(*arguments).stderr
         assert "expected the packages of the extra 'parquet', found No module" in said, said
-        assert "pip install 'afferents[parquet]'" in said
+        assert "pip install -c constraints.txt '.[parquet]'" in said
 
 
 def test_functions_that_learn_say_it_too(light):

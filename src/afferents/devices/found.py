@@ -10,6 +10,7 @@ from afferents.devices.drives.line import list_presets
 from afferents.devices.portaudio import import_portaudio
 from afferents.devices.v4l2.node import Mode, Node, modes
 from afferents.errors import AfferentsError, InputError
+from afferents.plugins import how_to_install
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
         ports: Any = import_module("serial.tools.list_ports").comports()
         found.ports += [FoundPort(one.device, one.description) for one in sorted(ports)]
     except ImportError:
-        found.notes.append("serial ports: pip install 'afferents[record]' to see them")
+        found.notes.append(f"serial ports: to see them, {how_to_install('record')}")
     return found
 
 

@@ -13,6 +13,7 @@ from pydantic import Field
 from afferents.devices.base import Block, Microphone, MicrophoneSettings, Options
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError
+from afferents.plugins import how_to_install
 
 SILENT_S = 2.0
 """One that gives nothing for so long has vanished: sound cards never pause."""
@@ -152,7 +153,7 @@ def import_portaudio() -> ModuleType:
         import sounddevice
     except (ImportError, OSError) as error:  # OSError: the PortAudio library is not there
         raise InputError(
-            f"microphone: expected sounddevice and the PortAudio library, found {error!s}; pip "
-            "install 'afferents[record]'; on Debian also apt-get install libportaudio2"
+            f"microphone: expected sounddevice and the PortAudio library, found {error!s}; "
+            f"{how_to_install('record')}; on Debian also apt-get install libportaudio2"
         ) from error
     return sounddevice  # type: ignore[no-any-return]

@@ -206,7 +206,10 @@ class _BySpeed(Split):
         for responses in recordings:
             name, speed = str(responses.attrs["name"]), speed_of(responses)
             if speed is None:
-                do = "hold out something else, such as --split trial"
+                do = (
+                    "say it in the session (speed_mm_s) and extract again, or hold out something "
+                    "else, such as --split trial"
+                )
                 raise InputError(
                     f"{OPTION}: expected the speed of every recording, found none of "
                     f"{name}{then(do)}"

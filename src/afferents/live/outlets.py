@@ -13,6 +13,7 @@ from afferents.live.prediction import Prediction
 from afferents.live.replay import Played
 from afferents.live.stream import check_sources, run
 from afferents.live.terminal import show
+from afferents.plugins import how_to_install
 
 PROBABILITIES, MESSAGES = "afferents probabilities", "afferents percepts"
 
@@ -41,8 +42,8 @@ def publish(
         import pylsl
     except (ImportError, RuntimeError, OSError) as error:
         raise InputError(
-            f"--lsl: expected pylsl and the LSL library, found {str(error).splitlines()[0]}; pip "
-            "install 'afferents[lsl]'"
+            f"--lsl: expected pylsl and the LSL library, found {str(error).splitlines()[0]}; "
+            f"{how_to_install('lsl')}"
         ) from error
     words = {name: pylsl.StreamOutlet(_words(pylsl, name)) for name in textures}
     numbers = {
