@@ -1,5 +1,6 @@
 """The main way asks for nothing that only Unix has."""
 
+import os
 from asyncio import selector_events
 
 from ..hiding import runner
@@ -8,8 +9,10 @@ MODULES = ("fcntl", "grp", "pty", "pwd", "resource", "syslog", "termios", "tty")
 NAMES = {
     "os": (
         *("fork", "getpgid", "getuid", "geteuid", "killpg", "mkfifo", "openpty", "pidfd_open"),
-        *("sched_getaffinity", "setsid", "statvfs"),
-        *(() if hasattr(selector_events, "SC_IOV_MAX") else ("sysconf",)),  # asyncio asks for it
+        *("setsid", "statvfs"),
+        # newer versions of Python have code of their own here that asks for these two
+        *(() if hasattr(selector_events, "SC_IOV_MAX") else ("sysconf",)),
+        *(() if hasattr(os, "process_cpu_count") else ("sched_getaffinity",)),
     ),
     "signal": ("SIGHUP", "SIGKILL", "SIGUSR1", "pthread_sigmask"),
 }

@@ -1,0 +1,50 @@
+"""Two models of waves, of which each sees one half: waves longer or shorter than 6.7 mm.
+
+No drum of the rig has bumps more than 6 mm apart. So what the long half recognises is not a drum's
+own wavelength.
+
+    afferents evaluate S12.zarr --out R --models \
+        sa-wave-vector,wave_halves.py:long_waves,wave_halves.py:short_waves
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents import Model
+from afferents.encodings.base import Floats
+from afferents.encodings.wavenumbers import WavenumberEncoding
+from afferents.rig.skin import Skin
+
+CUT_PER_MM = 0.15
+
+
+class LongWaves(WavenumberEncoding):
+    """Waves longer than 1 / `CUT_PER_MM`; the others are 0."""
+
+    name = "long-waves"
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the waves of runs of images, their logarithms less the mean of those kept."""
+        found = super().of_runs(runs, lookback)
+        kept = self.kept(runs.shape[3], runs.shape[4])
+        level = found[..., kept].mean(axis=-1)[..., None, None]
+        return np.asarray(np.where(kept, found - level, 0.0), np.float32)
+
+    def kept(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
+        """Tell which waves stay, (row_wavenumber, column_wavenumber)."""
+        rows, columns = np.fft.fftfreq(n_rows), np.fft.rfftfreq(n_columns)
+        return np.hypot(rows[:, None], columns) / Skin().pitch_mm < CUT_PER_MM
+
+
+class ShortWaves(LongWaves):
+    """The other waves."""
+
+    name = "short-waves"
+
+    def kept(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
+        """Tell which waves stay."""
+        return ~super().kept(n_rows, n_columns)
+
+
+long_waves = Model("long-waves", channel="sa1_vector", encoding=LongWaves(), classifier="ridge")
+short_waves = Model("short-waves", channel="sa1_vector", encoding=ShortWaves(), classifier="ridge")
