@@ -26,11 +26,11 @@ class LongWaves(WavenumberEncoding):
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the waves of runs of images, their logarithms less the mean of those kept."""
         found = super().of_runs(runs, lookback)
-        kept = self.kept(runs.shape[3], runs.shape[4])
+        kept = self.stay(runs.shape[3], runs.shape[4])
         level = found[..., kept].mean(axis=-1)[..., None, None]
         return np.asarray(np.where(kept, found - level, 0.0), np.float32)
 
-    def kept(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
+    def stay(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
         """Tell which waves stay, (row_wavenumber, column_wavenumber)."""
         rows, columns = np.fft.fftfreq(n_rows), np.fft.rfftfreq(n_columns)
         return np.hypot(rows[:, None], columns) / Skin().pitch_mm < CUT_PER_MM
@@ -41,9 +41,9 @@ class ShortWaves(LongWaves):
 
     name = "short-waves"
 
-    def kept(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
+    def stay(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
         """Tell which waves stay."""
-        return ~super().kept(n_rows, n_columns)
+        return ~super().stay(n_rows, n_columns)
 
 
 long_waves = Model("long-waves", channel="sa1_vector", encoding=LongWaves(), classifier="ridge")
