@@ -3,13 +3,15 @@
 No drum of the rig has bumps more than 6 mm apart. So what the long half recognises is not a drum's
 own wavelength.
 
-    afferents evaluate S12.zarr --out R --models \
-        sa-wave-vector,wave_halves.py:long_waves,wave_halves.py:short_waves
+    python scripts/wave_halves.py S12.zarr RESULTS
 """
+
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
 
+import afferents
 from afferents import Model
 from afferents.encodings.base import Floats
 from afferents.encodings.wavenumbers import WavenumberEncoding
@@ -48,3 +50,9 @@ class ShortWaves(LongWaves):
 
 long_waves = Model("long-waves", channel="sa1_vector", encoding=LongWaves(), classifier="ridge")
 short_waves = Model("short-waves", channel="sa1_vector", encoding=ShortWaves(), classifier="ridge")
+
+
+if __name__ == "__main__":
+    store, results = sys.argv[1:3]
+    models = ["sa-wave-vector", f"{__file__}:long_waves", f"{__file__}:short_waves"]
+    print(afferents.evaluate(store, results, models=models).accuracy)

@@ -320,5 +320,5 @@ def _to_do(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
     recordings = sum(not is_whole(run.store, r.name) for r in session.recordings)
     return (
         f"To do: {recordings} recordings to extract, and at most {trainings} trainings. "
-        "'afferents status' says how long they still take."
+        f"'afferents status {run.out}' says how long they still take."
     )

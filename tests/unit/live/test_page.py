@@ -120,7 +120,7 @@ def test_json_lines_and_the_terminal(run, session, sounds, models):
     )  # fmt: skip
     assert code == 0
     said = [json.loads(line)["model"] for line in out.splitlines()]
-    assert (said.count("ra-ste"), said.count("vib-te-aug")) == (25, 5)
+    assert (said.count("ra-ste"), said.count("vib-te-aug")) == (26, 5)  # one at rest
     code, out, _ = run("live", "--model", models["ra-ste"], "--video", f"replay:{session}/2/40")
     assert code == 0
     assert "ra-ste" in out

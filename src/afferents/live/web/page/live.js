@@ -63,7 +63,8 @@ function modelView(model) {
     ...model.description.map((sentence) => make("p", { textContent: sentence })));
   const [first, last] = [model.textures[0], model.textures.at(-1)];
   const time = make("p", { className: "legend axis" }, make("span", { textContent: "half a minute ago" }),
-    make("span", { textContent: `evidence, ${called(model, first)} at the top to ${called(model, last)}; dark: none, yellow: all` }),
+    make("span", { textContent: `evidence, ${called(model, first)} at the top to ${called(model, last)}`,
+      title: "Dark: none of the evidence; yellow: all of it." }),
     make("span", { textContent: "now" }));
   const head = make("div", { className: "head" }, heading, view.felt);
   view.article = make("article", {}, head, view.trouble, view.bars, legend,
