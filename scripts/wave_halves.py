@@ -35,7 +35,8 @@ class LongWaves(WavenumberEncoding):
     def stay(self, n_rows: int, n_columns: int) -> NDArray[np.bool_]:
         """Tell which waves stay, (row_wavenumber, column_wavenumber)."""
         rows, columns = np.fft.fftfreq(n_rows), np.fft.rfftfreq(n_columns)
-        return np.hypot(rows[:, None], columns) / Skin().pitch_mm < CUT_PER_MM
+        per_mm = np.hypot(rows[:, None], columns) / Skin().pitch_mm
+        return np.asarray(per_mm < CUT_PER_MM, bool)
 
 
 class ShortWaves(LongWaves):
