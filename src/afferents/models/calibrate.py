@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.special import softmax
 from torch import Tensor
 
@@ -24,6 +25,8 @@ Floats = NDArray[np.float64]
 
 _BATCH = 256
 _EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
+_FARTHEST = 15.0
+"""Logarithm of the largest factor that a temperature is raised by: then all textures are alike."""
 
 
 class Calibration(NamedTuple):
@@ -76,9 +79,15 @@ def softened(logits: Floats, temperature: float, most: float) -> float:
     Where all of a few samples are right, the fitted temperature is as low as it may be, and
     probabilities say 100%.
     """
-    while softmax(logits / temperature, axis=1).max(axis=1).mean() > most:
-        temperature *= 1.05
-    return temperature
+
+    def above(log_temperature: float) -> float:
+        said = softmax(logits / math.exp(log_temperature), axis=1)
+        return float(said.max(axis=1).mean()) - most
+
+    least = math.log(temperature)
+    if above(least) <= 0:
+        return temperature
+    return math.exp(brentq(above, least, least + _FARTHEST))
 
 
 def interval_of(share: float, n: int) -> tuple[float, float]:
