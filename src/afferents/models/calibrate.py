@@ -51,7 +51,8 @@ def calibrate_model(
     )
     labels = learnt.labels[held].numpy()
     recording = samples[dims.RECORDING].values[fold.validation]
-    most_shown = most_that_can_show(n := len(np.unique(recording)))
+    n = len(np.unique(recording))
+    most_shown = most_that_can_show(n)
     logits = deployed.network.scores_of(unseen).double().numpy()
     temperature = fit_temperature(lambda temperature: logits / temperature, labels)
     temperature = softened(logits, temperature, most_shown)

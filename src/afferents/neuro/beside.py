@@ -16,7 +16,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
+from afferents.neuro.decoding import (
+    accuracy_by_resolution,
+    code_sentences,
+    require_conditions,
+    some_units,
+)
 from afferents.neuro.figures import beside_figure
 from afferents.neuro.gaps import left_out, without_gaps
 from afferents.neuro.speed import match_by_class, match_sentences, stretch_match
@@ -210,14 +215,17 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
     except InputError as gaps:
         said = f"Texture can't be decoded from the fibres' rates and bins ({gaps})."
         return Beside(tables, {}, [*sentences, said])
-    if complete is not natural:
-        sentences.append(left_out(natural, complete))
     shortest = min(float(one.trials["duration_s"].min()) for one in whole.values())
     window_s = min(window_s, shortest * _SHARE)
-    resolution = pd.concat(
-        accuracy_by_resolution(one, window_s=window_s, seed=seed).assign(population=population)
+    read = {
+        population: accuracy_by_resolution(one, window_s=window_s, seed=seed)
         for population, one in whole.items()
-    )
+    }
+    for population, found in read.items():
+        sentences += code_sentences(found, f"{population}, made alike")
+    if complete is not natural:
+        sentences.append(left_out(natural, complete))
+    resolution = pd.concat(found.assign(population=name) for name, found in read.items())
     tables["beside_resolution"] = resolution
     figures = {"beside": beside_figure(resolution, both, source)}
     return Beside(tables, figures, sentences)

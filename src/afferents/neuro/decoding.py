@@ -210,6 +210,32 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
 
 
+def code_sentences(found: pd.DataFrame, whose: str = "units") -> list[str]:
+    """Return what rates and the best resolution recognise, a sentence a class and held-out part.
+
+    Parameters
+    ----------
+    found
+        As `accuracy_by_resolution` returns it.
+    """
+    said = []
+    for (name, across), some in found.groupby(["class", "across"], sort=False):
+        rates, best = some.nlargest(1, "resolution_s"), some.nlargest(1, "accuracy")
+        window_s, best_s = (float(one["resolution_s"].iloc[0]) for one in (rates, best))
+        where = "held out" if across == "speeds" else "that other windows were learnt from"
+        finer = (
+            "and no finer bin does better"
+            if percent_of(best) == percent_of(rates)
+            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}"
+        )
+        said.append(
+            f"{name} {whose}, at a speed {where}: rates alone recognise "
+            f"{percent_of(rates)} of the windows of {window_s:.2g} s, {finer} (chance "
+            f"{100 * some['chance'].iloc[0]:.0f}%)."
+        )
+    return said
+
+
 def percent_of(row: pd.DataFrame) -> str:
     """Return the accuracy of one row in percent, with its 95% interval where there is one."""
     mean, low, high = (100 * float(row[name].iloc[0]) for name in ("accuracy", "low", "high"))

@@ -15,7 +15,7 @@ from afferents.neuro.decoding import (
     WINDOW_S,
     accuracy_by_resolution,
     accuracy_by_units,
-    percent_of,
+    code_sentences,
     require_conditions,
     summary,
 )
@@ -87,7 +87,8 @@ def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     """Return what was found, a sentence each: rates, codes, speed, and what stays silent."""
     return [
         *_rates(tables["rates"]),
-        *_codes(tables["resolution"]),
+        *code_sentences(tables["resolution"]),
+        *_why_harder(tables["resolution"]),
         *match_sentences(match_by_class(tables["stretch"]), "{class} trains"),
         *_slopes(tables["slopes"]),
         *_exponents(tables["exponents"]),
@@ -110,28 +111,14 @@ def _rates(rates: pd.DataFrame, who: str = "units") -> list[str]:
     return said
 
 
-def _codes(found: pd.DataFrame, whose: str = "units") -> list[str]:
-    said = []
-    for (name, across), some in found.groupby(["class", "across"], sort=False):
-        rates, best = some.nlargest(1, "resolution_s"), some.nlargest(1, "accuracy")
-        window_s, best_s = (float(one["resolution_s"].iloc[0]) for one in (rates, best))
-        where = "held out" if across == "speeds" else "that other windows were learnt from"
-        finer = (
-            "and no finer bin does better"
-            if percent_of(best) == percent_of(rates)
-            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}"
-        )
-        said.append(
-            f"{name} {whose}, at a speed {where}: rates alone recognise "
-            f"{percent_of(rates)} of the windows of {window_s:.2g} s, {finer} (chance "
-            f"{100 * some['chance'].iloc[0]:.0f}%)."
-        )
-    if {"speeds", "windows"} <= set(found["across"]):
-        said.append(
-            "A speed held out is learnt from whole trials at all others, a speed learnt from by "
-            "part of its own trials alone: with few speeds or short trials that may be harder."
-        )
-    return said
+def _why_harder(found: pd.DataFrame) -> list[str]:
+    """Say why what was learnt from may come out worse than what was not, where there are both."""
+    if not {"speeds", "windows"} <= set(found["across"]):
+        return []
+    return [
+        "A speed held out is learnt from whole trials at all others, a speed learnt from by part "
+        "of its own trials alone: with few speeds or short trials that may be harder."
+    ]
 
 
 def _slopes(slopes: pd.DataFrame) -> list[str]:
@@ -284,16 +271,10 @@ def _beside(
     both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
     rates = rates_table(fibres)
     empty = f"{natural}; grey: not recorded"
-    decoded = both.tables.get("beside_resolution", pd.DataFrame({"population": []}))
-    of_each = [
-        sentence
-        for population, found in decoded.groupby("population", sort=False)
-        for sentence in _codes(found, f"{population}, made alike")
-    ]
     return Beside(
         both.tables | {"natural_rates": rates},
         both.figures | {"natural_raster": raster_figure(_shown(fibres, seed), empty)},
-        [*_rates(rates, "fibres (natural)"), *both.sentences, *dict.fromkeys(of_each)],
+        [*_rates(rates, "fibres (natural)"), *both.sentences],
     )
 
 
