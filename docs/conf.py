@@ -19,10 +19,10 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
-    "from_code",
+    "see_also",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build", "generated/*.md", "gallery", "sg_execution_times.rst"]
+exclude_patterns = ["_build", "gallery", "sg_execution_times.rst"]
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4

@@ -10,9 +10,11 @@ of ``docs/results/NAME.json``: the table, and below it the commit, date, machine
 gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
 `keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
 ``<!-- /fields -->`` stand the fields of a model of the results. Between ``<!-- benchmark -->`` and
-``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``.
+``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``, and between ``<!-- code NAME -->``
+and ``<!-- /code -->`` what the package has of models, channels, encodings or classifiers.
 """
 
+import inspect
 import json
 import os
 import re
@@ -23,6 +25,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import afferents
 from afferents.benchmark.entries import read_entries, tables_by_task
 from afferents.doctor import processor
 from afferents.evaluation import fold_files, schemas
@@ -89,6 +92,31 @@ def fields(name: str) -> str:
     return table(["field", "what it is"], rows)
 
 
+def listed(name: str) -> str:
+    """Return the table of all models, channels, encodings, or classifiers."""
+    if name != "models":
+        head, named = ["name", "what it is"], getattr(afferents, name.upper())
+        return table(head, [[f"`{key}`", f"{first_sentence(one)}."] for key, one in named.items()])
+    rows = []
+    for model in afferents.MODELS.values():
+        parts = [afferents.MODELS[name] for name in model.parts] or [model]
+        given = {"robot": "given", "fingertip": "measured"}.get(model.speed_from, "")
+        used = (in_code(part.channel for part in parts), in_code(part.encoding for part in parts))
+        rows.append([f"`{model.name}`", model.title, *used, in_code([model.classifier]), given])
+    return table(["model", "in tables", "channel", "encoding", "classifier", "speed"], rows)
+
+
+def first_sentence(thing: object) -> str:
+    """Return the first line of a docstring, without the full stop."""
+    kind = thing if inspect.isclass(thing) else type(thing)
+    return (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").removesuffix(".")
+
+
+def in_code(names: Iterable[str]) -> str:
+    """Return names, each once, as a page sets them."""
+    return ", ".join(f"`{name}`" for name in dict.fromkeys(names))
+
+
 def benchmark(_: str) -> str:
     """Return the tables of all entries in the repository."""
     there = DOCS / "benchmark"
@@ -102,6 +130,7 @@ def pages() -> dict[Path, str]:
     for page in sorted([*DOCS.glob("*.md"), ROOT / "README.md"]):
         found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
         found[page] = fill(fill(found[page], "table", bare), "benchmark", benchmark)
+        found[page] = fill(found[page], "code", listed)
     return found
 
 

@@ -105,7 +105,7 @@ def reproduce(
 
     results = afferents.reproduce(out, session, like, size, quiet or as_json, **options)
     page = results.root / "report.html"
-    commands = [step.command for step in next_steps(results.found) if step.command]
+    commands = [step.command for step in next_steps(results.found, results.root) if step.command]
     found = Text(headline(results.found))  # wrapped between words, as the caption above it
     said = ["", what_was_held_out(results.found), found, "", f"Report: {page.resolve()}"]
     if commands:

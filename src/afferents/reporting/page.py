@@ -74,7 +74,7 @@ def render_report(
         headline=headline(summary),
         beside=beside_the_winner(summary),
         sureness=sureness(summary),
-        steps=next_steps(summary),
+        steps=next_steps(summary, results.root),
         facts=facts(summary),
         lost=what_was_lost(summary.lost),
         notes=notes,

@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -224,15 +225,21 @@ def sureness(summary: Summary) -> str:
     return interval_note(summary) + alone * once
 
 
-def next_steps(summary: Summary) -> list[Step]:
-    """Return what to do next, the most urgent first; nothing of a control, or at chance."""
+def next_steps(summary: Summary, results: Path | None = None) -> list[Step]:
+    """Return what to do next, the most urgent first; nothing of a control, or at chance.
+
+    Parameters
+    ----------
+    results
+        The folder that they lie in, which a model's card is to state.
+    """
     won = winner(summary)
     if won is None or nothing_learnt(summary, won) or summary.control != "none":
         return []
-    return list(_steps(summary, won))
+    return list(_steps(summary, won, results))
 
 
-def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
+def _steps(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
     sources = [data.source for data in summary.data]
     if summary.preset == "quick":
         yield Step(
@@ -268,7 +275,7 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
             )
         else:
             yield Step(f"Record at speeds near {split.printed(worst)}, where it did worst.")
-    yield from _use_it(summary, won)
+    yield from _use_it(summary, won, results)
 
 
 def _handed_on(summary: Summary, flags: Collection[str]) -> list[str]:
@@ -279,7 +286,7 @@ def _handed_on(summary: Summary, flags: Collection[str]) -> list[str]:
     return words + (["--preset", summary.preset] if summary.preset == "paper" else [])
 
 
-def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
+def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
     """Yield how to keep a model and run it live: the one spoken of, or the best that can be."""
     # who only reads sentences needs no torch
     from afferents.evaluation.encode import sources_of
@@ -304,6 +311,7 @@ def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
     flags = {option.flag for one in encodings for option in one.options().values()}
     flags |= {flag_of(option) for option in TrainingOptions.model_fields}
     options = _handed_on(summary, flags)
+    options += ["--results", str(results)] if results else []
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
         yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)

@@ -66,8 +66,7 @@ def simulated(
     progress: Progress,
 ) -> Path:
     """Simulate the session of a reproduction that is given none; keep what is there of it."""
-    session = run.out / "session"
-    simulation = simulation_of(session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
+    simulation = simulation_of(run.session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
     return simulate_session(simulation, workers, progress)
 
 

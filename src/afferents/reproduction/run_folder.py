@@ -58,6 +58,11 @@ class RunFolder:
     out: Path
 
     @property
+    def session(self) -> Path:
+        """Where a session is simulated."""
+        return self.out / "session"
+
+    @property
     def store(self) -> Path:
         """Where the responses go."""
         return self.out / "session.zarr"
@@ -106,6 +111,7 @@ class RunFolder:
 
 # What an evaluation, or a reproduction, has done so far, in words and as a table.
 
+_GO_ON = "Nothing is running; the same command goes on where it stopped."
 STATES: tuple[State, ...] = ("done", "running", "to do", "failed", "stopped")
 
 
@@ -127,16 +133,23 @@ def status(folder: Path) -> Status:
         If none was begun there.
     """
     run = RunFolder(folder)
-    return _of_reproduction(run) if run.state_file.is_file() else _of_results(folder)
+    if run.state_file.is_file():
+        return _of_reproduction(run)
+    if run.session.is_dir():
+        now = is_locked(run.session)
+        said = f"A session {'is being' if now else 'was in part'} simulated; nothing is extracted."
+        return Status([], [said] if now else [said, _GO_ON], {"recordings": None, "extracted": 0})
+    return _of_results(folder)
 
 
 def _of_reproduction(run: RunFolder) -> Status:
     """Return how far extraction, trainings and report are."""
     state = run.read_state()
-    there = recordings_there(run.store)
+    there, extracting = recordings_there(run.store), is_locked(run.store)
     begins = f"{there} of {state.recordings} recordings are extracted"
-    said = [f"{begins}{', and more are being' if is_locked(run.store) else ''}."]
-    trained = _of_results(run.results) if (run.results / PLAN).is_file() else None
+    said = [f"{begins}{', and more are being' if extracting else ''}."]
+    planned = (run.results / PLAN).is_file()
+    trained = _of_results(run.results, goes_on=extracting) if planned else None
     said += trained.sentences if trained else ["No training has begun."]
     page = run.results / REPORT
     if page.is_file():
@@ -151,7 +164,8 @@ def _of_reproduction(run: RunFolder) -> Status:
     return Status(trained.rows if trained else [], said, facts)
 
 
-def _of_results(results: Path) -> Status:
+def _of_results(results: Path, goes_on: bool = False) -> Status:
+    """Return how far trainings are; `goes_on` where what comes before them is running."""
     found = job_statuses(results)
     counts = Counter(standing.state for standing in found)
     plan = read_plan(results)
@@ -161,7 +175,10 @@ def _of_results(results: Path) -> Status:
         "seconds_left": left,
         "jobs": [{**s.key.content(), "state": s.state, "why": s.why} for s in found],
     }
-    return Status(_rows(found), _sentences(found, counts, left, plan.cluster), facts)
+    said = _sentences(found, counts, left, plan.cluster)
+    if goes_on and said[-1] == _GO_ON:
+        said = said[:-1]
+    return Status(_rows(found), said, facts)
 
 
 def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
@@ -187,7 +204,7 @@ def _sentences(
     if not counts["running"] and cluster is not None:
         said.append(f"Workers at {cluster} that don't see this folder leave no mark in it.")
     elif not counts["running"]:
-        return [*said, "Nothing is running; the same command goes on where it stopped."]
+        return [*said, _GO_ON]
     if left is not None:
         end = _clock(time.time() + left)
         said.append(f"Expected end: {end}, in {duration(left)}{_unless(found)}.")

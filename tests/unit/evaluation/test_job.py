@@ -15,7 +15,8 @@ from afferents.evaluation.job_status import at_work, plan
 from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.loop import Checkpoint
-from afferents.reproduction.run_folder import status
+from afferents.outputs import writing_alone
+from afferents.reproduction.run_folder import RunFolder, RunState, status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 FIRST = "vib-te, nested, seed 0, 20 mm/s held out"
@@ -102,6 +103,30 @@ def test_a_status_says_what_it_knows_nothing_of(tmp_path):
     elsewhere = said(cluster="tcp://there:1")
     assert "Workers at tcp://there:1 that don't see this folder leave no mark" in elsewhere
     assert "Nothing is running" not in elsewhere
+
+
+def test_a_status_tells_what_runs_before_any_training(tmp_path):
+    """A session that is being simulated, or extracted again beside trainings of an earlier run."""
+
+    def said():
+        return " ".join(status(tmp_path).sentences)
+
+    run = RunFolder(tmp_path)
+    with writing_alone(run.session, "simulate"):
+        assert said() == "A session is being simulated; nothing is extracted."
+        write_json(run.session / "0", {})
+    assert "was in part simulated" in said()
+    assert "Nothing is running" in said()
+    run.write_state(
+        RunState(like="recommended", choices={}, otherwise=(), differs=(), recordings=3)
+    )
+    run.results.mkdir()
+    plan(run.results, SHORT, workers=1)
+    assert "Nothing is running" in said()
+    with writing_alone(run.store, "extract"):
+        assert said() == (
+            "0 of 3 recordings are extracted, and more are being. 0 of 2 trainings are done."
+        )
 
 
 def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):

@@ -243,11 +243,13 @@ def test_each_step_is_a_command_that_the_shell_takes(summary, simulated, model, 
     summary |= {"cut": "published", "preset": "paper", "options": options}
     summary["data"][0] |= {"kind": "store", "simulated": simulated, "source": str(tmp_path / "s")}
     summary["models"][model] = summary["models"].pop("vib-te-aug")
-    commands = [line for step in next_steps(S(summary)) for line in step.command.splitlines()]
+    steps = next_steps(S(summary), tmp_path / "r")
+    commands = [line for step in steps for line in step.command.splitlines()]
     assert [line.split()[1] for line in commands][-3:] == ["train", "export", "live"]
     both = "--split trial --cut published --preset paper"
     assert all(both in line for line in commands if line.split()[1] in ("evaluate", "train"))
     assert not any("--markers" in line for line in commands)
+    assert f"--results {tmp_path / 'r'}" in commands[-3]
     for line in commands:
         said = fails(*shlex.split(line)[1:])
         assert re.search(r"(s|MODEL|model.onnx): expected", said), said
