@@ -28,6 +28,7 @@ from afferents.quality.sound import find_overload
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files
 from afferents.recordings.footage import Footage
+from afferents.recordings.media import named
 from afferents.recordings.session import Session, read_session, require_rates_that_agree
 from afferents.recordings.session_file import SessionFile
 from afferents.store.drum_path import logged_path
@@ -157,9 +158,20 @@ def _failures(
             others = len(session.recordings) > 1
             raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
-    for sentence in notes_of(extraction.out).sentences:
+    for sentence in (*notes_of(extraction.out).sentences, *_speedless(session)):
         progress.note(sentence)
     return failed
+
+
+def _speedless(session: Session) -> Iterator[str]:
+    """Say which recordings have no speed, while it is easily written down."""
+    without = [Path(r.name) for r in session.recordings if r.speed_mm_s is None]
+    if without:
+        yield (
+            f"{len(without)} of {len(session.recordings)} recordings say no speed "
+            f"({named(Path(), without)}): to hold out speeds, write speed_mm_s into the session "
+            "file and extract again"
+        )
 
 
 def _outcomes(

@@ -20,13 +20,14 @@ from afferents.recordings.guess import (
     tables_in,
 )
 from afferents.recordings.layouts import NOT_TEXTURES, published
-from afferents.recordings.media import is_sound, media_in, named
+from afferents.recordings.media import Pattern, is_sound, media_in, named
 from afferents.recordings.session import read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
 from afferents.store.recording import RecordingSet
 
 MARK = "written by 'afferents init'"
+_STRAY = "Files whose names do not follow this pattern are left out"
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,7 @@ def _written(found: _Found) -> tuple[list[str], list[str]]:
         return [*head, *_common(found, {})], sentences
     own = _own_sensors(found)
     if pattern and not own and not found.broken:
-        lines, sentences = _by_pattern(found, pattern, bool(videos))
+        lines, sentences = _by_pattern(found, pattern, videos or found.readable)
         return [*head, *lines, "", *_common(found, own)], sentences
     guesses = guess_recordings(found.readable)
     said = [
@@ -242,7 +243,7 @@ def _written(found: _Found) -> tuple[list[str], list[str]]:
     return [*head, *_common(found, own), *_listed(guesses, own, _rates_apart(found))], said
 
 
-def _by_pattern(found: _Found, pattern: str, of_videos: bool) -> tuple[list[str], list[str]]:
+def _by_pattern(found: _Found, pattern: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the lines and sentences of names that follow a rule."""
     lines = [
         "# What stands in braces is read from the names of files. texture may be any label; speed",
@@ -252,8 +253,12 @@ def _by_pattern(found: _Found, pattern: str, of_videos: bool) -> tuple[list[str]
     sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     if "{speed}" not in pattern:
         sentences = [f"Guessed from the names: {pattern}; no name says a speed."]
+    stray = [Path(name) for name in names if Pattern(pattern).values(name.rstrip("/")) is None]
+    if stray:
+        lines.insert(2, f"# {_STRAY}.")
+        sentences.append(f"{_STRAY}: {named(Path(), stray)}. Rename what is to be a recording.")
     sounds = [path for path in found.media if is_sound(Path(path))]
-    if of_videos and sounds:
+    if sounds and not is_sound(Path(names[0])):
         stem = pattern.rstrip("/") if pattern.endswith("/") else pattern.rpartition(".")[0]
         lines.append(f"audio_pattern = {quoted(stem + Path(sounds[0]).suffix)}")
     return lines, sentences

@@ -34,6 +34,8 @@ _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
 _MOST_TRIALS = 20
+_MOST = 0.8
+"""Share of names that is nearly all."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +52,20 @@ class Guess:
 def guess_pattern(paths: Sequence[str]) -> str | None:
     """Return the pattern that all paths of videos (or of sound) fit, None if none does.
 
-    A name that ends in ``/`` is a folder of images.
+    Or that nearly all do, where it says the speed by a word or a unit: then a stray file among
+    many does not hide the rule. A name that ends in ``/`` is a folder of images.
     """
     ends = {_end(path) for path in paths}
     if len(ends) != 1:
         return None
     end = ends.pop()
-    for speed, text, joint in product(_SPEEDS, _PATTERNS, _JOINTS):
+    of_all = product([1.0], _SPEEDS, _PATTERNS, _JOINTS)
+    of_most = product([_MOST], _SAID, _PATTERNS, _JOINTS)
+    for share, speed, text, joint in (*of_all, *of_most):
         if speed != _SPEEDS[-1] and "{speed}" not in text:
             continue
         wanted = text.replace("_", joint).replace("{speed}", speed) + end
-        if _fits(Pattern(wanted), paths, said=speed in _SAID):
+        if _fits(Pattern(wanted), paths, share, said=speed in _SAID):
             return wanted
     return None
 
@@ -69,11 +74,13 @@ def _end(path: str) -> str:
     return "/" if path.endswith("/") else Path(path).suffix
 
 
-def _fits(pattern: Pattern, paths: Sequence[str], said: bool) -> bool:
-    """Tell whether a pattern fits all paths, with numbers where numbers should be.
+def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool) -> bool:
+    """Tell whether a pattern fits so many of the paths, with numbers where numbers should be.
 
     Parameters
     ----------
+    share
+        Of the paths, at least.
     said
         Whether the names say by a word or a unit which number is the speed.
     """
@@ -82,7 +89,7 @@ def _fits(pattern: Pattern, paths: Sequence[str], said: bool) -> bool:
     except InputError:  # in two ways
         return False
     values = [one for one in found if one is not None]
-    if len(values) < len(paths):
+    if len(values) < share * len(paths):
         return False
     if TRIAL in pattern.names:
         return all(_NUMBERED.fullmatch(one[TRIAL]) for one in values)

@@ -35,7 +35,7 @@ from afferents.reporting.published import (
 )
 
 Cell = str | float | None
-PAPER_ROW = "paper"
+PAPER_ROW = "the paper's own"
 PAPER_COLUMN = "Paper, its own recordings"
 OTHER_RECORDINGS = (
     "The paper's column was measured on other recordings (Pestell & Lepora 2022, published "

@@ -80,7 +80,7 @@ def written(store, name):
     return {p: t for p, t in stamps.items() if p.name != "zarr.json"}, stamps
 
 
-def test_clips_without_speeds_come_to_a_store(extracted, lab):
+def test_clips_without_speeds_come_to_a_store(extracted, lab, run, tmp_path):
     store = extracted(PATTERN + "rest_frame = 2\n")
     first, second = afferents.open_responses(store)
     assert [r.attrs["name"] for r in (first, second)] == ["felt/1", "felt/2"]
@@ -93,6 +93,8 @@ def test_clips_without_speeds_come_to_a_store(extracted, lab):
     assert float(second.sa1.max()) == pytest.approx(8, abs=0.5)
     session = afferents.read_session(lab(PATTERN))
     assert grid_sentence(session) == "2 recordings of 1 textures (felt) at unknown speed."
+    said = run("extract", lab(PATTERN + "rest_frame = 2\n"), tmp_path / "s.zarr", *ALONE)[2]
+    assert "2 of 2 recordings say no speed (felt/1, felt/2): to hold out speeds, write" in said
 
 
 def test_what_is_declared_otherwise_is_extracted_again_alone(extracted):

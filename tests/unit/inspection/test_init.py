@@ -88,6 +88,15 @@ def test_names_that_follow_a_rule_and_their_sound(folder):
     assert found == [("felt/20", "felt_20.wav"), ("felt/40", "felt_40.wav")]
 
 
+def test_a_stray_name_among_many_is_left_out_and_named(folder):
+    names = [f"{texture}_{mm_s}mms.avi" for texture in ("felt", "silk") for mm_s in (20, 40)]
+    root = folder(*names, "at rest.avi")
+    made = afferents.init_session(root)
+    assert tomllib.loads(made.path.read_text())["pattern"] == "{texture}_{speed}mms.avi"
+    assert "this pattern are left out: at rest.avi. Rename" in said(made)
+    assert len(afferents.read_session(root).recordings) == 4
+
+
 def test_images_are_asked_for_their_rate(tmp_path):
     (tmp_path / "felt_1").mkdir()
     for n in range(3):

@@ -68,7 +68,7 @@ def test_the_papers_column_is_comparable_only_on_its_grid_and_what_is_missing_is
 
 
 def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary):
-    assert "paper" not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
+    assert tables.PAPER_ROW not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
     assert "paper" not in caption(tables.accuracy_by_speed(S(summary)))
     summary["textures"] = TEXTURES
     set_speeds(summary, {"10": 0.25, "20": 0.5, "120": 0.75})
@@ -77,11 +77,11 @@ def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary
     assert tables.texts_of(table)[:3] == [
         ["vib-TE", "nested", "25.0", "50.0", "75.0"],
         ["vib-TE", "published", "25.0", "50.0", "75.0"],
-        ["vib-TE", "paper", "16.8", "41.2", "—"],
+        ["vib-TE", tables.PAPER_ROW, "16.8", "41.2", "—"],
     ]
     assert table.iloc[0, 0] == pytest.approx(25)  # a number, for pages to shade
     set_speeds(summary, {"15": 0.25, "25": 0.5, "35": 0.75})
-    assert "paper" not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
+    assert tables.PAPER_ROW not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
 
 
 def test_recordings_have_intervals_as_samples_have(summary):
