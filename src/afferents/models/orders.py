@@ -33,8 +33,11 @@ _WRONG_FROM = 0.12
 """A speed that is wrong by fewer octaves is nearly right, and nothing is learnt from it."""
 _BEYOND = 2.5
 """Speeds are searched for up to this factor beyond those learnt from."""
-_PER_OCTAVE = 12
-"""Speeds supposed in a factor of 2."""
+_LEAST_PER_OCTAVE = 12
+"""Speeds supposed in a factor of 2; as many as frequencies, where these lie closer.
+
+A speed that lies between two supposed moves narrow lines out of their place in both.
+"""
 _FLOOR = 0.1
 """Share of all powers learnt from that count as no more than the floor."""
 _LEAST_SD = 0.1
@@ -127,8 +130,9 @@ class OrderSearch(Solved):
         values, labels, weight, speed_mm_s = data
         self.floor = _quantile(values[:, : self.n_channels], _FLOOR)
         low, high = float(speed_mm_s.min()) / _BEYOND, float(speed_mm_s.max()) * _BEYOND
-        steps = math.ceil(math.log2(high / low) * _PER_OCTAVE)
-        self.speeds = low * 2.0 ** (torch.arange(steps + 1) / _PER_OCTAVE)
+        per_octave = max(_LEAST_PER_OCTAVE, round(1 / self._octaves))
+        steps = math.ceil(math.log2(high / low) * per_octave)
+        self.speeds = low * 2.0 ** (torch.arange(steps + 1) / per_octave)
         self.mean, self.sd = _moments(*self._shifted(values, speed_mm_s))
         named = nn.functional.one_hot(labels, len(self.constant))
         names, measures = Gram(*self.weight.shape), Gram(*self.right.shape)

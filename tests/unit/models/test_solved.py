@@ -19,7 +19,7 @@ from afferents.models.solved import (
     sum_of,
 )
 
-PER_OCTAVE = 12
+PER_OCTAVE = 24
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
 PER_MM = 0.1 * 2.0 ** (np.arange(4 * PER_OCTAVE) / PER_OCTAVE)
 SPEEDS = (10.0, 20.0, 40.0, 80.0)
@@ -55,12 +55,15 @@ def learnt(curves, speed_from, rng):
     return model
 
 
+@pytest.mark.parametrize("steps", [33.0, 33.25, 33.5])
 @pytest.mark.parametrize("speed_from", ["nobody", "robot"])
-def test_textures_are_named_at_a_speed_never_learnt(speed_from):
+def test_textures_are_named_at_a_speed_never_learnt(speed_from, steps):
+    """Wherever it lies between those supposed, twelve to the octave: lines are a bin wide."""
     rng = np.random.default_rng(0)
-    curves = unlike(5, rng)
+    curves = [rng.normal(size=4 * PER_OCTAVE) for _ in range(5)]
     model = learnt(curves, speed_from, rng)
-    values, labels, speed = spectra(curves, 20, (28.3, 56.6), rng)
+    speeds = tuple(SPEEDS[0] / 2.5 * 2 ** (n / 12) for n in (steps, steps + 12))
+    values, labels, speed = spectra(curves, 20, speeds, rng)
     logs = model(values, speed if speed_from == "robot" else None)
     np.testing.assert_allclose(logs.exp().sum(1), 1, rtol=1e-4)
     assert (logs.argmax(1) == labels).float().mean() > 0.95
