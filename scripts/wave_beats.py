@@ -1,0 +1,111 @@
+"""Which waves of SA-I move with a drum's bumps, and where beats with the nodules put them.
+
+The bumps' own waves are shorter than what the camera sees (pins end 3.6 mm deep in the gel). But
+nodules stand under every second pin, and touch the drum at these places alone: a wave that is
+sampled so looks like a longer one, as spokes do in a film (Shannon, Proc. IRE 1949). This finds, at
+a drum's own rate and its multiples, the strongest wave in SA-I, and the longest one that the
+bumps' lattice, sampled by the nodules, is to look like.
+
+    python scripts/wave_beats.py S12.zarr [docs/results/rig-wave-beats.json]
+"""
+
+import math
+import sys
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import results_pages as pages
+from numpy.typing import NDArray
+
+import afferents
+from afferents.rig.camera import Camera
+from afferents.rig.skin import Skin
+from afferents.rig.surface import Drum
+from afferents.store.responses import Responses
+
+SPEED_MM_S, FPS_HZ = 40.0, Camera().fps_hz
+N_PADDED = 64
+"""Points of the transform over pins: 0.013 cycles/mm from one to the next."""
+WIDTH = 4
+"""Frequencies on either side of a multiple that count as its own."""
+
+Floats = NDArray[np.float64]
+
+
+def rate_hz(spacing_mm: float, speed_mm_s: float) -> float:
+    """Return how often a drum's pattern passes a pin, Hz."""
+    drum = Drum()
+    return drum.periods(spacing_mm) * speed_mm_s / (math.pi * drum.diameter_mm)
+
+
+def waves_at(responses: Responses, hz: float) -> tuple[Floats, float]:
+    """Return the strongest wave at a frequency, (along, across) in cycles/mm, and its power."""
+    moved = (responses["position"] - responses["rest_position"]).values[responses_steady(responses)]
+    rows, columns = responses["row"].values, responses["column"].values
+    images = np.zeros((len(moved), rows.max() + 1, columns.max() + 1, 2))
+    images[:, rows, columns] = np.nan_to_num(moved)
+    images -= images.mean(axis=0)
+    taper = np.multiply.outer(*(np.hanning(n + 2)[1:-1] for n in images.shape[1:3]))
+    images *= np.hanning(len(images))[:, None, None, None] * taper[..., None]
+    place = round(hz * len(images) / FPS_HZ)
+    spectra = np.fft.fft(images, axis=0)[place - WIDTH : place + WIDTH + 1]
+    power = np.abs(np.fft.fft2(spectra, (N_PADDED, N_PADDED), axes=(1, 2))) ** 2
+    by_wave = power.sum(axis=(0, 3))
+    row, column = np.unravel_index(by_wave.argmax(), by_wave.shape)
+    per_mm = np.fft.fftfreq(N_PADDED, Skin().pitch_mm)
+    return np.array([per_mm[column], per_mm[row]]), float(by_wave.sum())
+
+
+def responses_steady(responses: Responses) -> NDArray[np.bool_]:
+    """Tell which frames are of constant speed."""
+    time = responses["time"].values
+    return (time > 2.0) & (time < time[-1] - 0.5)
+
+
+def looks_like(spacing_mm: float, multiple: int) -> Floats:
+    """Return the longest wave that a multiple of the bumps' waves looks like, cycles/mm, >= 0."""
+    pitch = Skin().pitch_mm
+    own = [
+        np.array([multiple, across]) / (math.sqrt(2) * spacing_mm)
+        for across in range(multiple % 2, multiple + 1, 2)
+    ]
+    # What samples by nodules at every second pin, chequered, can't tell from one another.
+    same = [
+        np.array([m, n]) / (2 * pitch)
+        for m, n in product(range(-6, 7), repeat=2)
+        if (m + n) % 2 == 0
+    ]
+    folded = [wave - other for wave in own for other in same]
+    return np.abs(min(folded, key=lambda wave: float(np.hypot(*wave))))
+
+
+def main(store: str, out: str | None = None) -> None:
+    """Print the table, and write it where that is asked for."""
+    rows = []
+    for responses in afferents.open_responses(store):
+        spacing = float(responses.attrs["texture"])
+        if responses.attrs["speed_mm_s"] != SPEED_MM_S or spacing == 0:
+            continue
+        base, highest = rate_hz(spacing, SPEED_MM_S), 0.49 * FPS_HZ
+        found = {n: waves_at(responses, n * base) for n in (1, 2, 3) if n * base < highest}
+        if not found:
+            continue
+        n = max(found, key=lambda one: found[one][1])
+        own = n / (math.sqrt(2) * spacing)
+        cells = (np.abs(found[n][0]), looks_like(spacing, n))
+        rows.append([
+            f"{spacing:g} mm", f"{n}", f"{own:.2f}", *(f"{a:.2f}, {b:.2f}" for a, b in cells),
+        ])  # fmt: skip
+        print(*rows[-1], sep="  ")
+    if out:
+        columns = [
+            "bumps", "multiple of their rate", "their wave along the slide, per mm",
+            "strongest wave found (along, across)", "as nodules sample it",
+        ]  # fmt: skip
+        title = "Waves of SA-I that move with the bumps"
+        pages.write(Path(out), title, [f"python scripts/wave_beats.py {store}"], columns, rows)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
