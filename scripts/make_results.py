@@ -110,6 +110,8 @@ def parts() -> Iterator[Part]:
     paper = ("--preset", "paper")
     yield evaluated("vibration-paper", "S11", vibration, *paper, "--protocol", "both")
     yield evaluated("images-paper", "S11", "sa-se", *paper, "--held-out", "10,50,100")
+    yield store_of("no-nodules", 12, "--nodules", "off")
+    yield evaluated("ours-no-nodules", "no-nodules", OURS)
     for sensor in ("hex331", "radial127"):
         yield store_of(sensor, 11, "--sensor", sensor)
         yield evaluated(f"ours-{sensor}", sensor, "sa-wave-vector,ra-wave-vector,sa-local")
@@ -223,6 +225,8 @@ def write_tables() -> None:
         _write("rig-ours", "Our models on the rig", found, _ours(ours, stresses))
     if noise := _found("ours-S11", "ours-noise-at-test", "ours-noise"):
         _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
+    if nodules := _found("ours-S12", "ours-no-nodules"):
+        _write("rig-nodules", "A skin without nodules", nodules, _touches_of(nodules))
     if unknown := _found("unknown"):
         _write("rig-unknown", "Textures never learnt", unknown, _unknown(unknown["unknown"]))
     if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
