@@ -69,7 +69,9 @@ def part(name: str) -> str:
         paper = published_families()
         head = [head[0], "the paper's own", *head[1:]]
         rows = [[f"`{row[0]}`", f"{paper[row[0]].mean_percent}", *row[1:]] for row in rows]
-    source = f"Commit `{found['commit']}`, {found['date']}, {found['machine']}:"
+    several = "s" * ("; " in found["commit"])
+    commits = found["commit"].replace("; ", "`, `")
+    source = f"Commit{several} `{commits}`, {found['date']}, {found['machine']}:"
     commands = "\n".join(found["commands"])
     return f"{table(head, rows)}\n{source}\n\n```\n{commands}\n```\n"
 

@@ -41,7 +41,7 @@ def test_data_say_where_they_come_from_and_are_shown(path):
     found = json.loads(path.read_text())
     assert set(found) >= SAYS
     assert all(found[name] for name in SAYS)
-    assert re.fullmatch(r"[0-9a-f]{7,}", found["commit"])
+    assert re.fullmatch(r"[0-9a-f]{7,}(; [0-9a-f]{7,})*", found["commit"])
     assert {len(row) for row in found["rows"]} == {len(found["columns"])}
     mark = f"<!-- results {path.stem} -->"
     assert sum(mark in page.read_text() for page in PAGES) == 1
