@@ -173,7 +173,7 @@ def sources_of(parts: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return commits, days and machines of the parts of a table, each once."""
     every = list(parts)
     return {
-        key: "; ".join(dict.fromkeys(part[key] for part in every))
+        key: "; ".join(dict.fromkeys(one for part in every for one in part[key].split("; ")))
         for key in ("commit", "date", "machine")
     }
 
