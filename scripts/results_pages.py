@@ -101,7 +101,7 @@ def listed(name: str) -> str:
         return table(head, [[f"`{key}`", f"{first_sentence(one)}."] for key, one in named.items()])
     rows = []
     for model in afferents.MODELS.values():
-        parts = [afferents.MODELS[name] for name in model.parts] or [model]
+        parts = [afferents.MODELS[part] for part in model.parts] or [model]
         given = {"robot": "given", "fingertip": "measured"}.get(model.speed_from, "")
         used = (in_code(part.channel for part in parts), in_code(part.encoding for part in parts))
         rows.append([f"`{model.name}`", model.title, *used, in_code([model.classifier]), given])

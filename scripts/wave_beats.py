@@ -1,8 +1,8 @@
 """Which waves of SA-I move with a drum's bumps, and where beats with the nodules put them.
 
 The bumps' own waves are shorter than what the camera sees (pins end 3.6 mm deep in the gel). But
-nodules stand under every second pin, and touch the drum at these places alone: a wave that is
-sampled so looks like a longer one, as spokes do in a film (Shannon, Proc. IRE 1949). This finds, at
+nodules, which stand under every second pin, press hardest on the drum: a wave that is sampled so
+looks like a longer one, as spokes do in a film (Shannon, Proc. IRE 1949). This finds, at
 a drum's own rate and its multiples, the strongest wave in SA-I, and the longest one that the
 bumps' lattice, sampled by the nodules, is to look like.
 
@@ -19,10 +19,13 @@ import results_pages as pages
 from numpy.typing import NDArray
 
 import afferents
+from afferents.channels import sa1_vector
+from afferents.encodings.base import component_images
 from afferents.rig.camera import Camera
 from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum
-from afferents.store.responses import Responses
+from afferents.store.responses import Responses, steady_s
+from afferents.store.trimming import cut_frames
 
 SPEED_MM_S, FPS_HZ = 40.0, Camera().fps_hz
 N_PADDED = 64
@@ -39,28 +42,26 @@ def rate_hz(spacing_mm: float, speed_mm_s: float) -> float:
     return drum.periods(spacing_mm) * speed_mm_s / (math.pi * drum.diameter_mm)
 
 
-def waves_at(responses: Responses, hz: float) -> tuple[Floats, float]:
-    """Return the strongest wave at a frequency, (along, across) in cycles/mm, and its power."""
-    moved = (responses["position"] - responses["rest_position"]).values[responses_steady(responses)]
-    rows, columns = responses["row"].values, responses["column"].values
-    images = np.zeros((len(moved), rows.max() + 1, columns.max() + 1, 2))
-    images[:, rows, columns] = np.nan_to_num(moved)
+def images_of(responses: Responses) -> Floats:
+    """Return images (time, component, row, column) of SA-I at constant speed, tapered, px."""
+    time, until = responses["time"].values, steady_s(responses)
+    kept = cut_frames(time, "all", until, str(responses.attrs["name"]))
+    moved = sa1_vector(responses["position"], responses["rest_position"]).isel(time=kept)
+    images = component_images(moved.fillna(0)).astype(np.float64)
     images -= images.mean(axis=0)
-    taper = np.multiply.outer(*(np.hanning(n + 2)[1:-1] for n in images.shape[1:3]))
-    images *= np.hanning(len(images))[:, None, None, None] * taper[..., None]
+    tapers = [np.hanning(n + 2)[1:-1] for n in images.shape[2:]]
+    return images * np.hanning(len(images))[:, None, None, None] * np.multiply.outer(*tapers)
+
+
+def wave_at(images: Floats, hz: float) -> tuple[Floats, float]:
+    """Return the strongest wave at a frequency, (along, across) in cycles/mm, and its power."""
     place = round(hz * len(images) / FPS_HZ)
     spectra = np.fft.fft(images, axis=0)[place - WIDTH : place + WIDTH + 1]
-    power = np.abs(np.fft.fft2(spectra, (N_PADDED, N_PADDED), axes=(1, 2))) ** 2
-    by_wave = power.sum(axis=(0, 3))
+    power = np.abs(np.fft.fft2(spectra, (N_PADDED, N_PADDED))) ** 2
+    by_wave = power.sum(axis=(0, 1))
     row, column = np.unravel_index(by_wave.argmax(), by_wave.shape)
     per_mm = np.fft.fftfreq(N_PADDED, Skin().pitch_mm)
     return np.array([per_mm[column], per_mm[row]]), float(by_wave.sum())
-
-
-def responses_steady(responses: Responses) -> NDArray[np.bool_]:
-    """Tell which frames are of constant speed."""
-    time = responses["time"].values
-    return (time > 2.0) & (time < time[-1] - 0.5)
 
 
 def looks_like(spacing_mm: float, multiple: int) -> Floats:
@@ -88,7 +89,8 @@ def main(store: str, out: str | None = None) -> None:
         if responses.attrs["speed_mm_s"] != SPEED_MM_S or spacing == 0:
             continue
         base, highest = rate_hz(spacing, SPEED_MM_S), 0.49 * FPS_HZ
-        found = {n: waves_at(responses, n * base) for n in (1, 2, 3) if n * base < highest}
+        images = images_of(responses)
+        found = {n: wave_at(images, n * base) for n in (1, 2, 3) if n * base < highest}
         if not found:
             continue
         n = max(found, key=lambda one: found[one][1])
@@ -104,7 +106,8 @@ def main(store: str, out: str | None = None) -> None:
             "strongest wave found (along, across)", "as nodules sample it",
         ]  # fmt: skip
         title = "Waves of SA-I that move with the bumps"
-        pages.write(Path(out), title, [f"python scripts/wave_beats.py {store}"], columns, rows)
+        command = f"python scripts/wave_beats.py {Path(store).name}"
+        pages.write(Path(out), title, [command], columns, rows)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.described import DATA_SET_FILE, Described
 from afferents.recordings.guess import (
+    NEARLY_ALL,
     Guess,
     guess_data_set,
     guess_pattern,
@@ -225,13 +226,13 @@ def _written(found: _Found) -> tuple[list[str], list[str]]:
     """Return the lines of a session file, and sentences on what they rest on."""
     head = [*_head("session file"), ""]
     videos = [path for path in found.readable if not is_sound(Path(path))]
-    pattern = None if found.in_layout else guess_pattern(videos or found.readable)
     if found.in_layout:
         sentences = ["Recordings lie in the published layout, <texture>/<speed>/video.mp4."]
         return [*head, *_common(found, {})], sentences
-    own = _own_sensors(found)
+    own, names = _own_sensors(found), videos or found.readable
+    pattern = guess_pattern(names) or guess_pattern(names, NEARLY_ALL)
     if pattern and not own and not found.broken:
-        lines, sentences = _by_pattern(found, pattern, videos or found.readable)
+        lines, sentences = _by_pattern(found, pattern, names)
         return [*head, *lines, "", *_common(found, own)], sentences
     guesses = guess_recordings(found.readable)
     said = [

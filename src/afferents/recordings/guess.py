@@ -34,8 +34,8 @@ _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
 _MOST_TRIALS = 20
-_MOST = 0.8
-"""Share of names that is nearly all."""
+NEARLY_ALL = 0.8
+"""Share of names: so few others are strays."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +49,22 @@ class Guess:
     repetition: str | None = None
 
 
-def guess_pattern(paths: Sequence[str]) -> str | None:
+def guess_pattern(paths: Sequence[str], share: float = 1.0) -> str | None:
     """Return the pattern that all paths of videos (or of sound) fit, None if none does.
 
-    Or that nearly all do, where it says the speed by a word or a unit: then a stray file among
-    many does not hide the rule. A name that ends in ``/`` is a folder of images.
+    Parameters
+    ----------
+    paths
+        A name that ends in ``/`` is a folder of images.
+    share
+        Of them, at least, that must fit. If not all must, the pattern says the speed by a word or
+        a unit.
     """
     ends = {_end(path) for path in paths}
     if len(ends) != 1:
         return None
     end = ends.pop()
-    of_all = product([1.0], _SPEEDS, _PATTERNS, _JOINTS)
-    of_most = product([_MOST], _SAID, _PATTERNS, _JOINTS)
-    for share, speed, text, joint in (*of_all, *of_most):
+    for speed, text, joint in product(_SPEEDS if share == 1 else _SAID, _PATTERNS, _JOINTS):
         if speed != _SPEEDS[-1] and "{speed}" not in text:
             continue
         wanted = text.replace("_", joint).replace("{speed}", speed) + end

@@ -22,6 +22,7 @@ from afferents.evaluation.job_status import (
 from afferents.evaluation.schemas import Schema
 from afferents.files import require_same_config, write_json
 from afferents.outputs import is_locked
+from afferents.recordings.session_file import session_file
 from afferents.reproduction.presets import format_choice
 from afferents.store.zarr_store import recordings_there
 
@@ -135,7 +136,7 @@ def status(folder: Path) -> Status:
     run = RunFolder(folder)
     if run.state_file.is_file():
         return _of_reproduction(run)
-    if run.session.is_dir():
+    if session_file(run.session).simulated:
         now = is_locked(run.session)
         said = f"A session {'is being' if now else 'was in part'} simulated; nothing is extracted."
         return Status([], [said] if now else [said, _GO_ON], {"recordings": None, "extracted": 0})
@@ -175,10 +176,7 @@ def _of_results(results: Path, goes_on: bool = False) -> Status:
         "seconds_left": left,
         "jobs": [{**s.key.content(), "state": s.state, "why": s.why} for s in found],
     }
-    said = _sentences(found, counts, left, plan.cluster)
-    if goes_on and said[-1] == _GO_ON:
-        said = said[:-1]
-    return Status(_rows(found), said, facts)
+    return Status(_rows(found), _sentences(found, counts, left, plan.cluster, goes_on), facts)
 
 
 def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
@@ -191,7 +189,11 @@ def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
 
 
 def _sentences(
-    found: list[JobStatus], counts: Counter[State], left: float | None, cluster: str | None
+    found: list[JobStatus],
+    counts: Counter[State],
+    left: float | None,
+    cluster: str | None,
+    goes_on: bool,
 ) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
     said += [f"Running: {s.key}, for {duration(s.seconds or 0)}." for s in found
@@ -204,7 +206,7 @@ def _sentences(
     if not counts["running"] and cluster is not None:
         said.append(f"Workers at {cluster} that don't see this folder leave no mark in it.")
     elif not counts["running"]:
-        return [*said, _GO_ON]
+        return said if goes_on else [*said, _GO_ON]
     if left is not None:
         end = _clock(time.time() + left)
         said.append(f"Expected end: {end}, in {duration(left)}{_unless(found)}.")

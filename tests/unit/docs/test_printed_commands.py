@@ -97,6 +97,7 @@ NAME = re.compile(r"(?<![\w./-])(?:[A-Z][A-Z0-9]*(?:\.\w+)?|[\w-]+\.[a-z]\w+)(?!
 
 SHORTER = (
     (r"init CLIPS", "init FOLDER"),
+    (r"(inspect|extract) FOLDER", r"\1 SESSION"),  # as init has described it
     (r"CLIP CLIP", "CLIP CLIP2"),
     (r"--preset (paper|fast)", "--preset quick"),
     (r"--models all", "--models sa-se,vib-te"),

@@ -16,6 +16,7 @@ from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.loop import Checkpoint
 from afferents.outputs import writing_alone
+from afferents.recordings.session_file import SESSION_FILE
 from afferents.reproduction.run_folder import RunFolder, RunState, status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
@@ -113,8 +114,8 @@ def test_a_status_tells_what_runs_before_any_training(tmp_path):
 
     run = RunFolder(tmp_path)
     with writing_alone(run.session, "simulate"):
+        write_json(run.session / SESSION_FILE, {"simulated": True})
         assert said() == "A session is being simulated; nothing is extracted."
-        write_json(run.session / "0", {})
     assert "was in part simulated" in said()
     assert "Nothing is running" in said()
     run.write_state(
