@@ -57,7 +57,8 @@ def random_responses(texture: str, speed: int, rng: np.random.Generator) -> xr.D
 
 def write_store(store: Path) -> None:
     """Write what is not there yet."""
-    create_store(store, {"simulated": True, "random": True})
+    names = [f"{texture}/{speed}" for texture in TEXTURES for speed in SPEEDS]
+    create_store(store, {"recordings": names, "simulated": True, "random": True})
     for i, texture in enumerate(TEXTURES):
         for speed in SPEEDS:
             name = f"{texture}/{speed}"

@@ -172,9 +172,7 @@ def _accuracies(results: Results, model: str, protocol: ProtocolName) -> dict[st
     rows = enumerate(zip(results.textures, one.confusion, strict=True))
     table = results.predictions
     table = table[(table["model"] == model) & (table["protocol"] == protocol)]
-    touches = {
-        f"{s:g}": name_touches(table, results.textures, s, results.split.whole) for s in TOUCHES_S
-    }
+    touches = {f"{s:g}": name_touches(table, results.textures, s) for s in TOUCHES_S}
     return {
         "mean": round(one.mean_accuracy, 4),
         "ci95": [round(share, 4) for share in one.ci95],

@@ -157,7 +157,7 @@ def summary_of(counts: pd.DataFrame) -> pd.DataFrame:
     drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "unit"]
     counts, rows = counts.assign(recording=recordings, replicate=drawn_over), []
     for names, mine in counts.groupby(BY, sort=False):
-        accuracy = Accuracy.of_counts(mine[[SPEED, "recording", "unit", "seed", "right", "n"]])
+        accuracy = Accuracy(mine[[SPEED, "recording", "unit", "seed", "right", "n"]])
         interval = bootstrap_interval(accuracy)
         totals = mine.groupby(SPEED)[["right", "n"]].sum()
         by_speed = totals["right"] / totals["n"]

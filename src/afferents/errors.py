@@ -52,14 +52,14 @@ def reading(where: object, what: str, *kinds: type[Exception], do: str = "") -> 
     Raises
     ------
     InputError
-        If it does. An error of ours is left as it is.
+        If it does. An error of ours is left as it is, and that memory is short.
     """
     if isinstance(where, Path) and not where.exists():
         raise InputError(f"{where}: expected {what}, found no such file{then(do)}")
     expected = kinds or (Exception,)
     try:
         yield
-    except AfferentsError:
+    except (AfferentsError, MemoryError):
         raise
     except expected as error:
         at = str(getattr(error, "filename", None) or where)  # of what lies in a folder

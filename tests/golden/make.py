@@ -14,7 +14,7 @@ import xarray as xr
 from afferents import LeaveOneSpeedOut, load_sensor, sa1, stretch_spectrum
 from afferents.encodings.augment import stretched_copies
 from afferents.encodings.spectra import amplitude_spectrum
-from afferents.evaluation.intervals import Accuracy, bootstrap_interval
+from afferents.evaluation.intervals import Accuracy, bootstrap_interval, count_right
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import number_in_recording
 from afferents.markers.detect import detect
@@ -108,7 +108,7 @@ def interval() -> list[float]:
         for _ in range(20)
     ]
     names = ["held_out_speed_mm_s", "recording", "true_texture", "predicted_texture"]
-    found = bootstrap_interval(Accuracy(pd.DataFrame(rows, columns=names)))
+    found = bootstrap_interval(Accuracy(count_right(pd.DataFrame(rows, columns=names))))
     return [found.low, found.high]
 
 

@@ -204,7 +204,7 @@ def _entry(
         controls=controls,
         data=Data(
             fingerprint=found.found.data[0].fingerprint,
-            recordings=found.found.data[0].n_recordings,
+            recordings=int(rows["recording"].nunique()),
             simulated=found.found.data[0].simulated,
         ),
         versions={
@@ -240,7 +240,7 @@ def _knew_labels(entry: Entry) -> str:
 
 def _of_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
     """Return the accuracy of touches of one length; None where there are none."""
-    found = name_touches(rows, results.textures, seconds, results.split.whole)
+    found = name_touches(rows, results.textures, seconds)
     return None if found is None else fmean(accuracy_by_group(found.named).values())
 
 

@@ -1,8 +1,7 @@
 """What `afferents live` runs: models that classify, or none, to look on."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated
 
 import typer
 
@@ -11,90 +10,15 @@ from afferents.errors import InputError
 from afferents.models.model import BEST
 from afferents.progress import Progress
 
-if TYPE_CHECKING:
-    from afferents.live.events import Source
-    from afferents.live.pipeline import LivePipeline
-
 DEMO = "demo"
 """Stands for the models of the simulated rig, which are trained if need be."""
-Prepared = tuple[Sequence["Source"], "LivePipeline"]
-"""Sources, opened, and the pipeline that takes what they give."""
 
 
-class Asked(NamedTuple):
-    """What is asked of the sources, as options of the command line say it.
-
-    Attributes
-    ----------
-    video, audio
-        By name; None for none.
-    speed
-        Of replays; infinite for as fast as possible.
-    fps_hz, exposure_ms
-        Of the camera; None for its own.
-    audio_offset_s
-        The microphone's clock is ahead of the camera's by this much, s.
-    """
-
-    video: str | None
-    audio: str | None
-    speed: float = 1.0
-    fps_hz: float | None = None
-    exposure_ms: float | None = None
-    audio_offset_s: float = 0.0
-
-
-def prepare_models(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
-    """Open what models need.
-
-    Raises
-    ------
-    InputError
-        If models or sources are missing, or do not go together.
-    """
-    from afferents.live.network import Network
-    from afferents.live.pipeline import LivePipeline
-    from afferents.live.sources import open_sources
-
-    if asked.fps_hz is not None:
-        raise InputError(
-            f"--fps: expected none beside --model, which has its own, found {asked.fps_hz:g}"
-        )
-    paths = _demo(asked, quiet) if models == [Path(DEMO)] else models
-    pipeline = LivePipeline.with_models([Network(path) for path in paths], asked.audio_offset_s)
-    given = asked.speed, asked.exposure_ms
-    return open_sources(asked.video, asked.audio, pipeline.wanted, *given), pipeline
-
-
-def prepare_looking(asked: Asked, sensor: str | None) -> Prepared:
-    """Open what is to be looked at, by a sensor's file or name; None to find its markers.
-
-    Raises
-    ------
-    InputError
-        If there is no source, or the sensor does not go with it.
-    """
-    from afferents.live.events import Wanted
-    from afferents.live.pipeline import LivePipeline
-    from afferents.live.sources import images_of, open_sources
-    from afferents.markers.sensor import load_sensor
-
-    if asked.fps_hz is not None and not 0 < asked.fps_hz < float("inf"):
-        raise InputError(
-            f"--fps: expected a number of frames a second above 0, found {asked.fps_hz:g}"
-        )
-    images = images_of(asked.video, load_sensor(sensor) if sensor else None)
-    wanted = Wanted(sensor=images.sensor, fps_hz=asked.fps_hz)
-    given = asked.speed, asked.exposure_ms
-    sources = open_sources(asked.video, asked.audio, wanted, *given)
-    return sources, LivePipeline.without_models(sources, images, asked.audio_offset_s)
-
-
-def _demo(asked: Asked, quiet: bool) -> list[Path]:
+def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:
     """Return exported models for sources of the simulated rig; they are trained if need be."""
     from afferents.reproduction.reproduce import demo_models
 
-    named = [source for source in (asked.video, asked.audio) if source is not None]
+    named = [source for source in (video, audio) if source is not None]
     if not named or any(not source.startswith("rig") for source in named):
         raise InputError(
             f"--model {DEMO}: expected sources of the simulated rig, such as --video rig, found "
@@ -103,11 +27,8 @@ def _demo(asked: Asked, quiet: bool) -> list[Path]:
         )
     with Progress(quiet) as progress:
         both = demo_models(Path("out/live"), progress)
-    kinds = dict(zip(BEST, (asked.video, asked.audio), strict=True))
+    kinds = dict(zip(BEST, (video, audio), strict=True))
     return [path for path in both if kinds[path.stem] is not None]
-
-
-# The command.
 
 
 def live(
@@ -176,14 +97,29 @@ def live(
     Exported models say which texture they recognise.
     """
     from afferents.choices import speed_factor
+    from afferents.live.events import Wanted
+    from afferents.live.network import Network
     from afferents.live.outlets import give_out
+    from afferents.live.pipeline import LivePipeline
+    from afferents.live.sources import images_of, open_sources
+    from afferents.markers.sensor import load_sensor
+    from afferents.recordings.session_file import rate_in
 
-    asked = Asked(video, audio, speed_factor(speed), fps, exposure_ms, audio_offset_ms / 1000)
+    factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     if model and sensor:
         raise InputError(
             f"--sensor: expected none beside --model, which carries its own, found {sensor}"
         )
-    sources, pipeline = (
-        prepare_models(asked, model, quiet or as_json) if model else prepare_looking(asked, sensor)
-    )
+    if model and fps is not None:
+        raise InputError(f"--fps: expected none beside --model, which has its own, found {fps:g}")
+    if model:
+        paths = _demo(video, audio, quiet or as_json) if model == [Path(DEMO)] else model
+        pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
+        sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
+    else:
+        fps_hz = None if fps is None else rate_in(fps)
+        images = images_of(video, load_sensor(sensor) if sensor else None)
+        wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
+        sources = open_sources(video, audio, wanted, factor, exposure_ms)
+        pipeline = LivePipeline.without_models(sources, images, offset_s)
     give_out(sources, pipeline, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)

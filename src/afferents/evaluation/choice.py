@@ -118,10 +118,12 @@ def encodings_for(
     cut: Cut,
     wanted: Mapping[str, Any],
     steady: tuple[float, float] | None = None,
+    recordings: Sequence[Responses] | None = None,
 ) -> Encodings:
     """Return how samples are made of data, with what a user wants.
 
-    Options that nobody gives are chosen where the data set leaves that to us.
+    Options that nobody gives are chosen where the data set leaves that to us: by the speeds and
+    lengths of `recordings`, those of the data that are used (None for all).
 
     Raises
     ------
@@ -129,7 +131,7 @@ def encodings_for(
         If an encoding can't have an option.
     """
     first = data[0].origin
-    used = with_steady(recordings_in(data), steady)
+    used = with_steady(recordings_in(data) if recordings is None else recordings, steady)
     known = known_of(used, cut) if first.data_set.chooses_encodings else None
     suited = Encodings.suiting(first.data_set.encodings, first.source, known, wanted)
     return suited.changed(**wanted)

@@ -130,7 +130,8 @@ def open_evaluation(
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FIELD)}
     opened = open_data(sources_in(data), options.without, options.keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
-    encodings = encodings_for(opened, options.cut, wanted, options.steady)
+    used = options.ablation.recordings(recordings_in(opened))
+    encodings = encodings_for(opened, options.cut, wanted, options.steady, used)
     if "best" in names_in(options.models) or not models:
         best = best_of(recordings_in(opened))
         models = models if best in models else [*models, best]

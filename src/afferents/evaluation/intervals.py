@@ -114,22 +114,12 @@ class Accuracy:
 
     Parameters
     ----------
-    predictions, bootstrap_unit
-        As `count_right` takes them.
+    table
+        As `count_right` returns it.
     """
 
-    def __init__(self, predictions: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> None:
-        """Count once what is drawn from often."""
-        self._take(count_right(predictions, bootstrap_unit))
-
-    @classmethod
-    def of_counts(cls, counts: pd.DataFrame) -> "Accuracy":
-        """Return the accuracies of samples that `count_right` has counted already."""
-        found = object.__new__(cls)
-        found._take(counts)
-        return found
-
-    def _take(self, table: pd.DataFrame) -> None:
+    def __init__(self, table: pd.DataFrame) -> None:
+        """Add up once what is drawn from often."""
         self.table = table
         self.units = np.unique(table["unit"].to_numpy(dtype=str))
         self.counts: dict[Group, Counts] = {}
@@ -216,7 +206,7 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
     common = one.table[key].merge(other.table[key]).drop_duplicates()
     if common.empty:
         raise InputError("a comparison: expected recordings that both were tested on, found none")
-    a, b = (Accuracy.of_counts(side.table.merge(common)) for side in (one, other))
+    a, b = (Accuracy(side.table.merge(common)) for side in (one, other))
     mean = a.mean() - b.mean()
     drawn = a.resampled(seed) - b.resampled(seed)
     interval = interval_of(mean, drawn, len(a.units), lowest=-1.0)

@@ -4,6 +4,7 @@ import pickle
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -30,10 +31,11 @@ from afferents.folds.corruption import fold_of_variants
 from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
 from afferents.models.fitted import Fitting, Part, ask_alone
-from afferents.models.fitting import fit, recipes_of
+from afferents.models.fitting import fit, learns_in_a_loop, recipes_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
+from afferents.models.model import MODELS
 from afferents.parallel import keep_freed_memory
 from afferents.progress import Progress
 from afferents.store.responses import Responses
@@ -109,10 +111,14 @@ def train_and_test(
         for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
     ]
     leaks: dict[int, Leaks] = {}
+    # Nothing but networks is picked by validation samples; `nested` lets others learn from them.
+    networks = any(map(learns_in_a_loop, (model, *(MODELS[part] for part in model.parts))))
+    unused = not (networks or protocol.solved_models_learn_from_validation)
 
     def check(number: int, learnt_from: Indices) -> None:
         part = parts[number]
-        leaks[number] = find_leaks(part.samples, part.fold, learnt_from)
+        used = replace(part.fold, validation=part.fold.validation[:0]) if unused else part.fold
+        leaks[number] = find_leaks(part.samples, used, learnt_from)
         if protocol.refuses_leaks:
             refuse_leaks(leaks[number], part.fold)
 

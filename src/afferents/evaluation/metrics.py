@@ -96,14 +96,13 @@ def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFr
     return _named(predictions, textures, ["seed", column_of(predictions), *_TOUCHED])
 
 
-def name_touches(
-    predictions: pd.DataFrame, textures: list[str], length_s: float, whole: bool = True
-) -> Touches | None:
+def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float) -> Touches | None:
     """Name touches of one length by the mean of their samples' log-probabilities.
 
     A touch is made of as many consecutive samples of a recording as come nearest to its length,
     and shares none with the next. Samples may overlap; what a touch lasts is from the beginning of
-    its first to the end of its last sample.
+    its first to the end of its last sample, and where samples lie unevenly, as the windows that
+    `published` draws for a half, touches of another length are left out. None goes over a gap.
 
     Parameters
     ----------
@@ -111,8 +110,6 @@ def name_touches(
         One row a test sample, as `predictions_table` makes them.
     length_s
         Of a touch, s.
-    whole
-        Whether whole recordings were tested; of parts of them, no touch goes over a gap.
 
     Returns
     -------
@@ -120,9 +117,8 @@ def name_touches(
     samples are longer, or recordings shorter.
     """
     of_recording = ["seed", column_of(predictions), *_TOUCHED]
-    if not whole:
-        predictions, of_recording = _by_passage(predictions, of_recording), [*of_recording, _PART]
-    rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
+    rows = _by_passage(predictions, of_recording)
+    of_recording = [*of_recording, _PART]
     recordings = [rows[name] for name in of_recording]
     stride = _median(rows.groupby(of_recording)["start_s"].diff(), recordings)
     lasting = _median(rows["stop_s"] - rows["start_s"], recordings)
@@ -134,10 +130,13 @@ def name_touches(
     rows = rows.assign(_touch=number // rows["_n"])
     of_touch = [*of_recording, "_touch"]
     rows = rows[rows.groupby(of_touch)["_n"].transform("size") == rows["_n"]]
+    each = rows.groupby(of_touch)
+    rows = rows.assign(_seconds=each["stop_s"].transform("max") - each["start_s"].transform("min"))
+    rows = rows[(rows["_seconds"] - length_s).abs() <= _NEAR * length_s * (1 + 1e-9)]
     held_out = column_of(predictions)
     if set(rows[held_out]) != set(predictions[held_out]):
         return None
-    named = _named(rows, textures, of_touch).drop(columns=["_touch", _PART], errors="ignore")
+    named = _named(rows, textures, of_touch).drop(columns=["_touch", _PART])
     return Touches(named, float(rows["_seconds"].median()), int(rows["_n"].median()))
 
 

@@ -41,7 +41,7 @@ from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import Model, names_in
-from afferents.store.trimming import Steady, parse_steady, steady_in, written
+from afferents.store.trimming import Steady, steady_in, written
 
 _Seed = Annotated[int, Field(ge=0, lt=2**32)]
 _ELSEWHERE = frozenset({
@@ -160,7 +160,6 @@ class TrainingOptions(BaseModel):
     @field_validator("steady", mode="before")
     @classmethod
     def _read_steady(cls, given: Any, info: ValidationInfo) -> Steady | None:
-        given = parse_steady(given) if isinstance(given, str) else given
         return steady_in(given, info.data.get("cut", "all"))
 
     @property

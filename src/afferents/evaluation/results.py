@@ -10,7 +10,6 @@
         fold.json, predictions.parquet, weights.safetensors
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,12 +19,10 @@ import numpy as np
 import pandas as pd
 
 from afferents.documents import read_checked
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading
 from afferents.evaluation.schemas import (
     AGAIN,
     Config,
-    OfTouches,
-    Outcome,
     RoughnessSummary,
     Summary,
     UnknownSummary,
@@ -82,30 +79,12 @@ class Results:
         split = self.split
         rows: list[tuple[Any, ...]] = []
         number, none = (float, np.nan) if split.ordered else (str, None)
-        for model, protocol, found in self._outcomes():
-            for group, accuracy in found.by.items():
-                rows.append((model, protocol, number(group), accuracy, *found.ci95_by[group]))
-            rows.append((model, protocol, none, found.mean_accuracy, *found.ci95))
+        for model, of_protocol in self.found.models.items():
+            for protocol, found in of_protocol.items():
+                for group, accuracy in found.by.items():
+                    rows.append((model, protocol, number(group), accuracy, *found.ci95_by[group]))
+                rows.append((model, protocol, none, found.mean_accuracy, *found.ci95))
         names = ("model", "protocol", split.column, "accuracy", "ci95_low", "ci95_high")
-        return pd.DataFrame(rows, columns=list(names))
-
-    @property
-    def accuracy_by_touch(self) -> pd.DataFrame:
-        """Share of touches recognised, by model, protocol and length of touch.
-
-        Columns model, protocol, touch_s (s, as asked for), seconds (s, of the whole samples that
-        come nearest), accuracy (mean over what was held out), ci95_low, ci95_high, worst (the
-        speed or group held out where it is lowest) and worst_accuracy; None and NaN where samples
-        are too long or recordings too short. A touch is named by the mean log-probability of its
-        samples.
-        """
-        rows = [
-            (model, protocol, float(touch), *_of_length(found))
-            for model, protocol, outcome in self._outcomes()
-            for touch, found in outcome.by_touch.items()
-        ]
-        names = ("model", "protocol", "touch_s", "seconds", "accuracy", "ci95_low", "ci95_high",
-                 "worst", "worst_accuracy")  # fmt: skip
         return pd.DataFrame(rows, columns=list(names))
 
     @property
@@ -117,18 +96,6 @@ class Results:
     def textures(self) -> list[str]:
         """Textures in natural order."""
         return list(self.found.textures)
-
-    def _outcomes(self) -> Iterator[tuple[str, str, Outcome]]:
-        for model, of_protocol in self.found.models.items():
-            for protocol, found in of_protocol.items():
-                yield model, protocol, found
-
-
-def _of_length(found: OfTouches | None) -> tuple[Any, ...]:
-    """Return a row of what touches of one length came to."""
-    if found is None:
-        return np.nan, np.nan, np.nan, np.nan, None, np.nan
-    return found.seconds, found.mean_accuracy, *found.ci95, found.worst, found.by[found.worst]
 
 
 def load_results(root: str | Path) -> Results:
@@ -202,16 +169,7 @@ def read_predictions(path: Path) -> pd.DataFrame:
     InputError
         If the file is missing, damaged, or holds another table.
     """
-    pa = import_extra("train", str(path), "pyarrow")
+    import_extra("train", str(path), "pyarrow")
     do = "remove its folder and evaluate again"
-    try:
-        if path.exists() and not path.is_file():
-            raise OSError("something that is no file")
-        with path.open("rb") as file:
-            table = pd.read_parquet(file)
-    except (OSError, KeyError, ValueError, pa.ArrowException) as error:
-        said = " ".join(str(error).split())[:200]
-        raise InputError(
-            f"{path}: expected a table of predictions, found {said}{then(do)}"
-        ) from error
-    return table
+    with reading(path, "a table of predictions", do=do), path.open("rb") as file:
+        return pd.read_parquet(file)

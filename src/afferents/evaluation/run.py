@@ -305,6 +305,6 @@ def summarise_folder(
     keys = [key for key in finished_keys(recipe.out) if key.held_out in groups]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]
-    held_out = {recipe.split.groups: groups, "chance": 1 / len(textures)}
+    held_out = {recipe.split.groups: groups}
     everything = {**about, **held_out, **describe_custom_models(recipe.out)}
     return summarise(recipe.out, complete, textures, everything)

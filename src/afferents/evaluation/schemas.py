@@ -115,7 +115,7 @@ class WithInside(Accuracies):
     """Accuracy, and the same of the held-out speeds that lie between others."""
 
     inside: Accuracies | None
-    """The same of the held-out speeds inside the trained range: without the slowest and the
+    """The same of the held-out speeds between other held-out speeds: without the slowest and the
     fastest. Null where there are none, and with another split: groups lie on no scale."""
 
 
@@ -299,7 +299,8 @@ class Summary(About):
     groups: tuple[GroupName, ...] = ()
     """With another split: values of the condition as text, or numbers of arcs."""
     chance: Share
-    """1 / number of textures."""
+    """Accuracy of who always names the texture that is there most often: 1 / number of textures,
+    where all have as many recordings."""
     recommended: str = ""
     """The model that `best` stands for with these data; empty where they support none."""
     left_out: tuple[str, ...] = ()
@@ -359,7 +360,7 @@ class UnknownBySpeed(ShareUnknown):
     """The same at all held-out speeds, at those that lie between others, and at the two ends."""
 
     inside: ShareUnknown | None
-    """At held-out speeds inside the trained range; null where none lie inside."""
+    """At held-out speeds between other held-out speeds; null where none lie inside."""
     outside: ShareUnknown | None
     """At the slowest and the fastest; null likewise."""
     by_speed: dict[Key, Share] = Field(min_length=1)
@@ -405,7 +406,7 @@ class UnknownOutcome(Schema):
     """Of `samples` and `recordings`: how often the novelty of what was held out is above that of
     what was learnt (area under the ROC curve); mean over folds."""
     auroc_inside: Areas
-    """The same at speeds inside the trained range; null where none lie inside."""
+    """The same at speeds between other held-out speeds; null where none lie inside."""
     auroc_outside: Areas
     """The same at the slowest and the fastest; null likewise."""
     auroc_by_speed: dict[Key, Share]
@@ -424,7 +425,7 @@ class UnknownSummary(About):
     """Speeds that were held out in turn."""
     false_alarms_stated: Share
     """Share of the samples of known textures that the limit lets be called unknown, at speeds
-    inside the trained range."""
+    between those learnt from."""
     intervals: Intervals
     """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
     models: dict[str, UnknownOutcome] = Field(min_length=1)
@@ -437,7 +438,7 @@ class RoughnessOutcome(Schema):
     mae_mm: Amount
     """Mean absolute error, mean over held-out speeds."""
     mae_mm_inside: Amount | None
-    """The same over the speeds inside the trained range."""
+    """The same over the speeds between other held-out speeds."""
     mae_mm_recordings: Amount
     """The same of recordings' means."""
     by_speed: dict[Key, Amount] = Field(min_length=1)

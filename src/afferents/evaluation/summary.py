@@ -15,6 +15,7 @@ from afferents.evaluation.intervals import (
     Accuracy,
     bootstrap_interval,
     bootstrap_unit_of,
+    count_right,
     intervals_by_group,
     paired_difference,
 )
@@ -43,7 +44,7 @@ from afferents.evaluation.schemas import (
     WithInside,
 )
 from afferents.files import write_aside
-from afferents.folds.held_out import Split, key_of
+from afferents.folds.held_out import column_of, key_of
 from afferents.store.responses import Responses, doubts_in, read_whole
 
 
@@ -120,7 +121,7 @@ def summarise(
             if (key.model, key.protocol) == (model, protocol)
         ]
         predictions = pd.concat([table for _, table in mine])
-        accuracies[model, protocol] = Accuracy(predictions, bootstrap_unit)
+        accuracies[model, protocol] = Accuracy(count_right(predictions, bootstrap_unit))
         found = _outcome(predictions, [facts for facts, _ in mine], textures, bootstrap_unit)
         models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
@@ -129,6 +130,7 @@ def summarise(
     summary = Summary(
         **about,
         textures=tuple(textures),
+        chance=constant_answer(everything),
         intervals=Intervals(bootstrap_unit=bootstrap_unit, n=len(units)),
         models=models,
         selection_effect=_selection_effects(accuracies),
@@ -136,6 +138,17 @@ def summarise(
     )
     summary.write(results / SUMMARY)
     return summary
+
+
+def constant_answer(predictions: pd.DataFrame) -> float:
+    """Return the accuracy of who always names the same texture, the one that is there most often.
+
+    One in the number of textures, where each has as many recordings in every group held out.
+    """
+    group = column_of(predictions)
+    recordings = predictions.drop_duplicates([group, "recording"])
+    shares = pd.crosstab(recordings[group], recordings["true_texture"], normalize="index")
+    return float(shares.mean().max())
 
 
 def _selection_effects(accuracies: Mapping[tuple[str, str], Accuracy]) -> dict[str, Difference]:
@@ -159,15 +172,13 @@ def _outcome(
     predictions: pd.DataFrame, facts: Sequence[FoldFacts], textures: list[str], bootstrap_unit: str
 ) -> Outcome:
     """Return what came out for one model under one protocol."""
-    split = facts[0].split
     recordings = name_recordings(predictions, textures)
     validated = {key_of(fact.held_out): fact.validated_by for fact in reversed(facts)}
     return Outcome(
         **_with_inside(predictions, bootstrap_unit),
         recordings=WithInside(**_with_inside(recordings, bootstrap_unit)),
         by_touch={
-            f"{s:g}": _of_touches(predictions, textures, split, s, bootstrap_unit)
-            for s in TOUCHES_S
+            f"{s:g}": _of_touches(predictions, textures, s, bootstrap_unit) for s in TOUCHES_S
         },
         macro_f1=macro_f1(predictions, textures),
         confusion=tuple(map(tuple, confusion(predictions, textures).tolist())),
@@ -193,7 +204,7 @@ def _with_inside(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, An
 def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of means, intervals and worst group of samples, recordings or touches."""
     by_group = accuracy_by_group(predictions)
-    accuracy = Accuracy(predictions, bootstrap_unit)
+    accuracy = Accuracy(count_right(predictions, bootstrap_unit))
     intervals = intervals_by_group(accuracy)
     worst = min(by_group, key=lambda group: by_group[group])
     return {
@@ -206,10 +217,10 @@ def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, A
 
 
 def _of_touches(
-    predictions: pd.DataFrame, textures: list[str], split: Split, length_s: float, unit: str
+    predictions: pd.DataFrame, textures: list[str], length_s: float, unit: str
 ) -> OfTouches | None:
     """Return the same of touches of one length; None where there are none."""
-    found = name_touches(predictions, textures, length_s, split.whole)
+    found = name_touches(predictions, textures, length_s)
     if found is None:
         return None
     fields = _with_inside(found.named, unit)

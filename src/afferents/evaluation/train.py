@@ -70,7 +70,7 @@ class Training:
         Results folder whose scores the card is to carry; None for 'not evaluated'.
     """
 
-    data: list[OpenedData]
+    data: OpenedData
     model: Model
     encodings: Encodings
     options: TrainingOptions = field(default_factory=TrainingOptions)
@@ -100,9 +100,9 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     """
     options = training.options
     _require_deployable(training.model)
-    reads = [data.origin.data_set.path for data in training.data]
+    reads = [training.data.origin.data_set.path]
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
-    recordings = with_steady(recordings_in(training.data), training.options.steady)
+    recordings = with_steady(training.data.responses, training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
     corrupted = Corruptions(training=options.disturb_training)
     require_options([training.model], training.encodings, recordings, corrupted, options.recipe)
@@ -149,7 +149,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         **_groups_of(samples, fold),
         steady_s=training.options.steady,
         disturb_training=options.disturb_training,
-        data=tuple(data.origin.model_dump() for data in training.data),
+        data=(training.data.origin.model_dump(),),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
@@ -284,7 +284,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
     fingerprints = [data["fingerprint"] for data in config["data"]]
     encoding = training.encodings.of(training.model.encoding)
     return (
-        fingerprints == [data.origin.fingerprint for data in training.data]
+        fingerprints == [training.data.origin.fingerprint]
         and not {"ablation", "control", "penalty", "statistics"} & config.keys()
         and config["cut"] == training.options.cut
         and config.get("disturb_training", {}) == training.options.disturb_training.describe()
@@ -293,46 +293,40 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
     )
 
 
-def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
+def felt_with(data: OpenedData, source: Source) -> dict[str, Any]:
     """Return what the card says of the sensor: of camera and markers, or of the microphone.
 
     Raises
     ------
     InputError
-        If stores were extracted with different sensor files, or the data set does not say what its
-        markers were followed with.
+        If the recordings are of several sensors, or the data set does not say what its markers
+        were followed with.
     """
-    first = data[0].responses[0]
+    first = data.responses[0]
     if source.encoding.of_vibration:
         return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
-    configs = [one.origin.data_set.config() for one in data]
-    sensors = [config.get("sensor") for config in configs]
-    if sensors[0] is None:
+    config = data.origin.data_set.config()
+    if (sensor := config.get("sensor")) is None:
         raise InputError(
-            f"{data[0].origin.source}: expected data that name their sensor, found none named"
+            f"{data.origin.source}: expected data that name their sensor, found none named"
         )
-    if any(sensor != sensors[0] for sensor in sensors):
-        raise InputError(
-            "STORE: expected stores of one sensor, found of several; extract with one file"
-        )
-    several = configs[0].get("sensors", [])
+    several = config.get("sensors", [])
     if len(several) > 1:
         do = "make a session and a store of each sensor"
         raise InputError(
             f"STORE: expected recordings of one sensor, found of {', '.join(several)}{then(do)}"
         )
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
-    attributes = [responses.attrs for one in data for responses in one.responses]
+    attributes = [responses.attrs for responses in data.responses]
     rests = {int(said["rest_frame"]) for said in attributes if "rest_frame" in said}
-    sensor = sensors[0] | ({"rest_frame": min(rests)} if len(rests) == 1 else {})
-    unlike = _unlike_live(configs) + (("several rest frames",) if len(rests) > 1 else ())
+    sensor = sensor | ({"rest_frame": min(rests)} if len(rests) == 1 else {})
+    unlike = _unlike_live(config) + (("several rest frames",) if len(rests) > 1 else ())
     return {"sensor": sensor, "fps_hz": round(1 / step_s, 3), "unlike_live": unlike}
 
 
-def _unlike_live(configs: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Return the options with which stores were extracted and that live lacks."""
-    said = {f"--tracker {config.get('method', 'windowed')}" for config in configs}
-    said |= {f"--rest {config.get('rest', 'own')}" for config in configs}
+def _unlike_live(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the options with which a store was extracted and that live lacks."""
+    said = {f"--tracker {config.get('method', 'windowed')}", f"--rest {config.get('rest', 'own')}"}
     return tuple(sorted(said - {"--tracker windowed", "--rest own"}))
 
 
@@ -397,7 +391,7 @@ def train(
         encodings = encodings_for(opened, chosen.cut, chosen.encoding, chosen.steady)
         say_choice(opened, [one], encodings, progress)
         place = None if results is None else Path(results)
-        training = Training(opened, one, encodings, chosen, seed, place)
+        training = Training(opened[0], one, encodings, chosen, seed, place)
         return train_model(training, Path(out), progress, force)
 
 

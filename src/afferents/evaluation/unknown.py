@@ -20,7 +20,7 @@ from afferents import dims
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, labels_of, textures_of
 from afferents.errors import InputError
-from afferents.evaluation.intervals import TEXTURE, Accuracy, bootstrap_interval
+from afferents.evaluation.intervals import TEXTURE, Accuracy, bootstrap_interval, count_right
 from afferents.evaluation.metrics import accuracy_by_group, inside_speeds, outside_speeds
 from afferents.evaluation.schemas import (
     Areas,
@@ -121,7 +121,7 @@ def auroc(rows: pd.DataFrame) -> float:
 
 
 def _mean_and_interval(called: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
-    accuracy = Accuracy(called, bootstrap_unit)
+    accuracy = Accuracy(count_right(called, bootstrap_unit))
     return {"mean": accuracy.mean(), "ci95": bootstrap_interval(accuracy)}
 
 

@@ -27,8 +27,7 @@ from afferents.encodings.settings import Encodings
 from afferents.errors import InputError, reading
 from afferents.evaluation.encode import encode, has, sources_of
 from afferents.models.model import Model
-from afferents.store.recording import natural_order
-from afferents.store.responses import Responses, speed_of
+from afferents.store.responses import Responses, speed_of, speeds_of, textures_of
 
 Floats = NDArray[np.float32]
 
@@ -151,12 +150,7 @@ class TestSets:
     def __init__(self, recordings: Sequence[Responses], folder: Path) -> None:
         """Make them when they are asked for."""
         self._recordings, self.folder = recordings, folder
-        self.textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
-
-    @property
-    def speeds(self) -> list[float]:
-        """Speeds of the recordings, mm/s."""
-        return sorted({v for r in self._recordings if (v := speed_of(r)) is not None})
+        self.textures, self.speeds = textures_of(recordings), speeds_of(recordings)
 
     def theirs(self, model: Model, speed_mm_s: float) -> Floats | None:
         """Return their samples as ours are, (time, texture, *sample_shape); None without any.

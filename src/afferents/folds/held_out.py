@@ -9,6 +9,7 @@ of the drum that was touched, which goes through every recording.
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -32,6 +33,8 @@ NAME = r"\w[\w .+-]*"
 """Of a condition."""
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
+_ALIKE = 0.02
+"""Speeds closer than this share of one another count as one: who learns one has seen both."""
 
 # What numbers and names in our files may be.
 
@@ -217,6 +220,17 @@ class _BySpeed(Split):
             found[name] = speed
         return found
 
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        groups = super().groups_of(recordings)
+        for slow, fast in pairwise(float(group) for group in groups):
+            if fast - slow < _ALIKE * fast:
+                raise InputError(
+                    f"{OPTION}: expected speeds that differ by {_ALIKE:.0%} or more, found "
+                    f"{slow:g} and {fast:g} mm/s: who learns from one has seen the other; declare "
+                    "the same speed_mm_s for both, or leave one out with --speeds"
+                )
+        return groups
+
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         return samples
 
@@ -284,6 +298,8 @@ class ByPair(Split):
             If there is a recording that has not both, or a name of a row has a slash.
         """
         there = list(recordings)
+        if SPEED in self.both:
+            SPEED.groups_of(there)  # refuses speeds that are nearly the same
         rows, columns = (each.by_recording(there) for each in self.both)
         if slashed := [str(row) for row in rows.values() if _OF_PAIR in key_of(row)]:
             expected = f"values of {self.both[0].name} without '{_OF_PAIR}'"

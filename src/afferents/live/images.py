@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,33 +71,6 @@ class FrameImages:
         return image if len(image) > 1 else image[0]
 
 
-class FrameByFrame(Protocol):
-    """What makes images of frames as they come.
-
-    Attributes
-    ----------
-    sensor
-        Whose markers it follows; None while that is not known.
-    """
-
-    sensor: Sensor | None
-
-    def begin(self) -> None:
-        """Begin anew: the next frame is the first of a recording."""
-
-    def skip(self) -> None:
-        """Frames are missing before the next one: it has no RA-I."""
-
-    def feed(self, frame: Frame) -> FrameImages | None:
-        """Take in the next frame; None before there is a rest frame."""
-
-    def show(self, images: FrameImages) -> FrameImages:
-        """Add what only the page shows to the images that `feed` returned last."""
-
-    def describe(self) -> str:
-        """Say in a sentence which sensor is followed, and how that is known."""
-
-
 class Images:
     """Follows the markers of a stream of frames.
 
@@ -109,6 +81,11 @@ class Images:
         rest.
     channels
         That `feed` gives; `SHOWN` are added by `show`, for which no prediction waits.
+
+    Attributes
+    ----------
+    sensor
+        Whose markers it follows; None while that is not known.
 
     Raises
     ------
@@ -201,7 +178,7 @@ NAME = "found"
 """Of a sensor that was found here."""
 
 
-class FoundImages:
+class FoundImages(Images):
     """Finds a sensor's markers in the first frames, as `calibrate` does, and follows them.
 
     Parameters
@@ -217,20 +194,13 @@ class FoundImages:
 
     def __init__(self, sensor: Sensor | None = None) -> None:
         """Wait for frames."""
-        self.sensor = sensor
-        self._images = None if sensor is None else Images(sensor)
         self._first: list[Frame] = []
         self._again_s: float | None = None
-
-    def begin(self) -> None:
-        """Begin anew: the next frame is the first of a recording."""
-        if self._images is not None:
-            self._images.begin()
-
-    def skip(self) -> None:
-        """Frames are missing before the next one: it has no RA-I."""
-        if self._images is not None:
-            self._images.skip()
+        if sensor is not None:
+            super().__init__(sensor)
+        else:
+            self.sensor, self._channels = None, SHOWN
+            self.begin()
 
     def describe(self) -> str:
         """Say in a sentence what was found, or that nothing was."""
@@ -252,11 +222,11 @@ class FoundImages:
         InputError
             If these frames show none.
         """
-        if self._images is not None:
+        if self.sensor is not None:
             try:
-                return self._images.feed(frame)
+                return super().feed(frame)
             except InputError:  # the skin has moved since: it is looked for anew
-                self._images = self.sensor = None
+                self.sensor = None
                 raise
         if self._again_s is not None and 0 <= self._again_s - frame.time_s <= AGAIN_S:
             return None
@@ -264,13 +234,8 @@ class FoundImages:
         if len(self._first) == N_FRAMES:
             first, self._first = self._first, []
             self._again_s = frame.time_s + AGAIN_S
-            self.sensor = found_in(_Clip(first))
-            self._images = Images(self.sensor)
+            super().__init__(found_in(_Clip(first)))
         return None
-
-    def show(self, images: FrameImages) -> FrameImages:
-        """Return them as they are: `feed` gives all that is shown."""
-        return images
 
 
 def found_in(clip: Video) -> Sensor:

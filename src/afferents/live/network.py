@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from afferents.channels import channel_of
 from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, names_of, parse_card
 
 
@@ -126,10 +126,5 @@ def _session(path: Path) -> Any:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 4
-    try:
+    with reading(path, "a model's ONNX file"):
         return onnxruntime.InferenceSession(path.read_bytes(), options, ["CPUExecutionProvider"])
-    except Exception as error:
-        said = str(error).splitlines()[0][:200]
-        raise InputError(
-            f"{path}: expected a model's ONNX file, found one that can't be loaded ({said})"
-        ) from error

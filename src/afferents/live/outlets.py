@@ -15,6 +15,10 @@ from afferents.live.stream import check_sources, run
 from afferents.live.terminal import show
 from afferents.plugins import how_to_install
 
+SHORT = (
+    "--video, --audio: expected recordings that are long enough for a prediction, found an end "
+    "before the first; give longer ones, or --speed 0.2 if this machine can't keep up"
+)
 PROBABILITIES, MESSAGES = "afferents probabilities", "afferents percepts"
 
 
@@ -104,7 +108,8 @@ def give_out(
     Raises
     ------
     InputError
-        As `stream.run`; if packages are missing, or the page can't be served there.
+        As `stream.run`; if packages are missing, or the page can't be served there; without a
+        page, if the sources end and nothing was ever known, as of another sensor's clip.
     """
     with let_go(sources):
         check_sources(sources, pipeline)  # before anything is opened for the predictions
@@ -122,11 +127,13 @@ def give_out(
             recorded = [source for source in sources if isinstance(source, Played)]
             pipeline.show_spikes()
             serve(predictions, pipeline, *web, again if len(recorded) == len(sources) else None)
-        elif as_json:
-            for _ in predictions:
-                pass
         else:
-            show(predictions, pipeline)
+            predictions = _require_any(predictions)
+            if as_json:
+                for _ in predictions:
+                    pass
+            else:
+                show(predictions, pipeline)
 
 
 def _predictions(
@@ -138,6 +145,17 @@ def _predictions(
         textures = {reporter.name: reporter.textures for _, reporter in pipeline.reporters}
         predictions = publish(predictions, textures)
     return _print(predictions) if as_json else predictions
+
+
+def _require_any(predictions: Iterator[Prediction]) -> Iterator[Prediction]:
+    """Pass predictions on; at their end, raise what kept all of them from being fresh."""
+    fresh, trouble = False, SHORT
+    for prediction in predictions:
+        fresh = fresh or prediction.fresh
+        trouble = [trouble, *prediction.troubles][-1]
+        yield prediction
+    if not fresh:
+        raise InputError(trouble)
 
 
 def _print(predictions: Iterator[Prediction]) -> Iterator[Prediction]:

@@ -1,13 +1,12 @@
 """The live pipeline: from what a camera and a microphone give to predictions."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Self
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Begin, Channel, Event, Source, Trouble, Wanted
-from afferents.live.images import FoundImages, FrameByFrame
+from afferents.live.images import FoundImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Prediction
 from afferents.live.raster import MarkerRaster, Trains, VibrationRaster
@@ -48,7 +47,6 @@ class LivePipeline:
         InputError
             If there is none, or two learnt from different sensors, rates or spectra.
         """
-        check_offset(audio_offset_s)
         if not networks:
             raise InputError("--model: expected at least one model, found none")
         names = [network.card.model for network in networks]
@@ -66,7 +64,7 @@ class LivePipeline:
     def without_models(
         cls,
         sources: Sequence[Source],
-        images: FrameByFrame | None = None,
+        images: Images | None = None,
         audio_offset_s: float = 0.0,
     ) -> Self:
         """Return a pipeline that shows markers, SA-I, RA-I, spectrum, and how good they are.
@@ -86,7 +84,6 @@ class LivePipeline:
         InputError
             If there is no source, or its sound has too few samples a second for a spectrum.
         """
-        check_offset(audio_offset_s)
         rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
@@ -160,17 +157,3 @@ def _listening(rate_hz: float, offset_s: float) -> AudioStream:
         raise InputError(
             f"--audio: expected sound of at least {least_hz:g} Hz, found {rate_hz:g}; leave it out"
         ) from error
-
-
-def check_offset(audio_offset_s: float) -> None:
-    """Refuse an offset of the clocks that is no number.
-
-    Raises
-    ------
-    InputError
-        Naming the option.
-    """
-    if not math.isfinite(audio_offset_s):
-        raise InputError(
-            f"--audio-offset-ms: expected a number of milliseconds, found {audio_offset_s}"
-        )

@@ -15,7 +15,7 @@ from afferents.encodings.base import Ready, VibrationEncoding
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
-from afferents.live.images import FrameByFrame, FrameImages, Images
+from afferents.live.images import FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
@@ -283,9 +283,7 @@ class VideoStream(SensorStream):
     quality: VideoQuality
     raster: MarkerRaster | None = None
 
-    def __init__(
-        self, images: FrameByFrame, rate_hz: float, networks: Sequence[Network] = ()
-    ) -> None:
+    def __init__(self, images: Images, rate_hz: float, networks: Sequence[Network] = ()) -> None:
         """Wait for the rest frame."""
         super().__init__("video", rate_hz, networks, VideoQuality(rate_hz))
         self.picture: CameraFrame | None = None

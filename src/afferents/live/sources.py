@@ -5,7 +5,7 @@ from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.live.events import Source, Wanted, let_go
-from afferents.live.images import FoundImages, FrameByFrame, Images, found_in
+from afferents.live.images import FoundImages, Images, found_in
 from afferents.live.replay import (
     Pace,
     ReplayedSound,
@@ -96,7 +96,7 @@ def open_sources(
     return opened
 
 
-def images_of(video: str | None, sensor: Sensor | None = None) -> FrameByFrame:
+def images_of(video: str | None, sensor: Sensor | None = None) -> Images:
     """Return what finds the markers in a source of images that is looked at without a model.
 
     A recording is looked at first, so that what does not go with it is said before anything opens.

@@ -180,7 +180,8 @@ MODELS: dict[str, Model] = TABLE1 | BEYOND
 BEST = ("sa-wave-vector", "vib-te-aug")
 """What is recommended: the first that the data support, to be trained and felt with.
 
-By the kind of data, not by scores at held-out speeds, so that nothing is picked on a test.
+Picked once, on sessions of the simulated rig (docs/results-ours.md has the rule); never by scores
+on the data at hand.
 """
 
 

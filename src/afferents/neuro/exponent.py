@@ -18,16 +18,11 @@ from afferents.spikes.artificial import stretch_of
 from afferents.store.responses import Responses
 
 LOW_HZ, HIGH_HZ = 10.0, 200.0
-"""Where the slope is fitted."""
+"""Where the slope is fitted; the upper end is lowered to what the rate allows."""
 WINDOW_S = 1.0
 
 
-def spectral_exponent(
-    vibration: NDArray[np.floating],
-    rate_hz: float,
-    low_hz: float = LOW_HZ,
-    high_hz: float = HIGH_HZ,
-) -> float:
+def spectral_exponent(vibration: NDArray[np.floating], rate_hz: float) -> float:
     """Return the slope of ln power over ln frequency.
 
     The spectrum is Welch's, of windows of 1 s with a Hann window and half overlap; its logarithm is
@@ -40,8 +35,6 @@ def spectral_exponent(
         `(time,)`.
     rate_hz
         Samples a second.
-    low_hz, high_hz
-        Between which it is fitted; the upper end is lowered to what the rate allows.
 
     Returns
     -------
@@ -52,16 +45,16 @@ def spectral_exponent(
     InputError
         If the vibration is shorter than a window, or its rate too low.
     """
-    high_hz = min(high_hz, 0.9 * rate_hz / 2)
-    if high_hz < 2 * low_hz:
+    high_hz = min(HIGH_HZ, 0.9 * rate_hz / 2)
+    if high_hz < 2 * LOW_HZ:
         raise InputError(
-            f"vibration: expected more than {4.5 * low_hz:g} samples/s, found {rate_hz:g}"
+            f"vibration: expected more than {4.5 * LOW_HZ:g} samples/s, found {rate_hz:g}"
         )
     if len(vibration) < WINDOW_S * rate_hz:
         found = f"{len(vibration) / rate_hz:.2f} s"
         raise InputError(f"vibration: expected at least {WINDOW_S:g} s, found {found}")
     frequency, power = welch(vibration, rate_hz, nperseg=round(WINDOW_S * rate_hz))
-    inside = (frequency >= low_hz) & (frequency <= high_hz) & (power > 0)
+    inside = (frequency >= LOW_HZ) & (frequency <= high_hz) & (power > 0)
     if inside.sum() < 3:
         return float("nan")
     x, y = np.log(frequency[inside]), np.log(power[inside])

@@ -17,22 +17,20 @@ Nor does one that differs from trial to trial, which is a number or name of it.
 """
 
 
-def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
+def without_gaps(spikes: Spikes) -> Spikes:
     """Return textures, units and repetitions such that each unit was recorded in every trial.
 
     Textures and units are left out, the one with the greatest share of gaps first (of equals the
     unit), until each unit has every texture at every speed. Of a texture at a speed there are then
     as many trials as every unit has of every texture, so that chance is one in the number of
-    textures. The first holds each unit's first recorded repetition, and so on. Units that were
-    recorded one after another are put together so: correlations between them mean nothing.
+    textures. How many a unit must have of a texture, to count as recorded on it, is the number that
+    keeps most trains. The first holds each unit's first recorded repetition, and so on. Units that
+    were recorded one after another are put together so: correlations between them mean nothing.
 
     Parameters
     ----------
     spikes
         With gaps; those without come back as they are.
-    repetitions
-        A unit that has fewer of a texture at a speed counts as not recorded on that texture. None
-        for that number which keeps most trains.
 
     Returns
     -------
@@ -56,21 +54,18 @@ def without_gaps(spikes: Spikes, repetitions: int | None = None) -> Spikes:
     least = counts.min(axis=1)
     if spikes.recorded.all() and least.all():
         return spikes
-    numbers = range(1, int(least.max()) + 1) if repetitions is None else [max(repetitions, 1)]
     kept = []
-    for number in numbers:
+    for number in range(1, int(least.max()) + 1):
         textures, units = _whole(least >= number)
         if len(textures) > 1 and len(units):
             n = counts[textures][:, :, units].min(axis=(0, 2))
             kept.append((len(textures) * len(units) * n.sum(), textures, units, n))
     if not kept:
-        times = "once" if repetitions is None else f"{repetitions} times"
         other = [f"'{name}'" for name in by if name != "speed_mm_s"]
         columns = f", or drop columns of trials that are no conditions ({', '.join(other)})"
         raise InputError(
-            f"spikes: expected a unit that was recorded on 2 textures {times} or more at every "
-            "speed, found none; leave out a speed or ask for fewer repetitions"
-            f"{columns if other else ''}"
+            "spikes: expected a unit that was recorded on 2 textures or more at every speed, found "
+            f"none; leave out a speed{columns if other else ''}"
         )
     _, textures, units, n = max(kept, key=lambda one: one[0])
     return joined(

@@ -190,13 +190,8 @@ def open_devices(devices: Devices, plan: Plan, path: Path) -> Iterator[None]:
             stack.enter_context(devices.microphone)
             _require_sound(devices.microphone.settings, plan, path)
         stack.enter_context(devices.drive)
-        limits = devices.drive.limits
         for speed in plan.speeds_mm_s:
-            if not limits.lowest_mm_s <= speed <= limits.highest_mm_s:
-                raise InputError(
-                    f"{path}: expected speeds from {limits.lowest_mm_s:g} to "
-                    f"{limits.highest_mm_s:g} mm/s, as the drive can hold, found {speed:g}"
-                )
+            devices.drive.require_speed(speed)
         yield
 
 

@@ -21,6 +21,7 @@ from pydantic import (
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 from afferents.forms import StrictForm
+from afferents.store.responses import Steady
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100
@@ -44,21 +45,8 @@ def require_label(label: str) -> str:
     return label
 
 
-def _interval(steady: tuple[float, float]) -> tuple[float, float]:
-    if not 0 <= steady[0] < steady[1] < math.inf:
-        raise ValueError("steady_s is [start, stop] with 0 <= start < stop, both finite")
-    return steady
-
-
-_MOST_PARTS = 6
-"""Of an id."""
-
-
 def _labels(name: str) -> str:
-    parts = name.split("/")
-    if len(parts) > _MOST_PARTS:  # a store looks no deeper
-        raise ValueError(f"at most {_MOST_PARTS} parts between slashes")
-    for part in parts:
+    for part in name.split("/"):
         require_label(part)
     return name
 
@@ -74,8 +62,6 @@ def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | flo
 
 
 Label = Annotated[str, BeforeValidator(_text_of), AfterValidator(require_label)]
-Steady = Annotated[tuple[float, float], AfterValidator(_interval)]
-"""Start and stop, s."""
 Conditions = Annotated[Mapping[str, str | float], AfterValidator(_with_names)]
 """What else is known of a recording, by name: pressure, direction, trial."""
 Text = Annotated[str, Field(min_length=1)]

@@ -54,7 +54,8 @@ _RULE = (
     "which takes the trend with speed away; the root mean square of that, divided by √1.5, is the "
     "spread s of one training (points: {spreads}). Two trainings then differ by a "
     "standard deviation of √2 s, and a difference beyond twice that (2.8 s) is marked; "
-    "for the mean over n folds, beyond 2.8 s / √n. About one fold in twenty would be marked by "
+    "for the mean over n folds, beyond 2.8 s / √n; where ours are means of k seeds, √(1 + 1/k) "
+    "takes the place of √2. About one fold in twenty would be marked by "
     "chance."
 )
 
@@ -125,9 +126,12 @@ def spread_between_folds(family: PublishedFamily) -> float:
     return float(np.sqrt((off**2).mean() / 1.5))
 
 
-def likely(difference: float, spread: float, n_folds: int = 1) -> bool:
-    """Return whether the mean of so many folds may differ so by chance, percent points."""
-    return abs(difference) <= 2 * math.sqrt(2) * spread / math.sqrt(n_folds)
+def likely(difference: float, spread: float, n_folds: int = 1, n_seeds: int = 1) -> bool:
+    """Return whether the mean of so many folds may differ so by chance, percent points.
+
+    Theirs are of one training each, ours the mean of `n_seeds`.
+    """
+    return abs(difference) <= 2 * spread * math.sqrt((1 + 1 / n_seeds) / n_folds)
 
 
 def _fold_rows(family: PublishedFamily, found: Outcome) -> Iterator[tuple[str, ...]]:
@@ -135,7 +139,7 @@ def _fold_rows(family: PublishedFamily, found: Outcome) -> Iterator[tuple[str, .
     spread = spread_between_folds(family)
 
     def compare(theirs: float, ours: float, n_folds: int) -> tuple[str, ...]:
-        larger = "" if likely(ours - theirs, spread, n_folds) else LARGER
+        larger = "" if likely(ours - theirs, spread, n_folds, len(found.seeds)) else LARGER
         return f"{theirs:.1f}", f"{ours:.1f}", f"{ours - theirs:+.1f}", larger
 
     for key, share in found.by.items():

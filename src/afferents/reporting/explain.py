@@ -448,7 +448,7 @@ def _require_fitting(
                 f"{where}: expected {source.channel.name} in the form that {card.model} learnt "
                 f"from, found none in {responses.attrs['name']}"
             )
-    found = felt_with([data], source)
+    found = felt_with(data, source)
     for name in ("fps_hz", "sample_rate_hz"):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):

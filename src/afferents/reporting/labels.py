@@ -133,6 +133,11 @@ def outcomes(summary: Summary) -> Iterator[tuple[str, str, Outcome]]:
                 yield model, protocol, found
 
 
+def picked_by_tested(summary: Summary, found: Outcome) -> bool:
+    """Tell whether the group that was tested picked the model, as `published` lets it."""
+    return bool(found.leaks.get(f"test_samples_of_a_{summary.split.leaks}_seen_in_validation"))
+
+
 def percent(fraction: float, decimals: int = 1) -> str:
     """Return a fraction as percent without the sign: 0.5014 gives `50.1`."""
     return f"{100 * fraction:.{decimals}f}"

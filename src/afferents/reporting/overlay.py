@@ -8,6 +8,7 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.files import write_aside
@@ -126,9 +127,8 @@ def _write(
 
 def _last_seen(position: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where every marker was last seen at every frame, NaN before the first time."""
-    seen = ~np.isnan(position[..., 0])
-    latest = np.maximum.accumulate(np.where(seen, np.arange(len(position))[:, None], 0), axis=0)
-    return np.asarray(np.take_along_axis(position, latest[..., None], axis=0))
+    last = pd.DataFrame(position.reshape(len(position), 2 * position.shape[1])).ffill()
+    return last.to_numpy().reshape(position.shape)
 
 
 def _points(position: NDArray[np.float64]) -> NDArray[np.int32]:

@@ -26,6 +26,7 @@ from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.intervals import (
     Accuracy,
     bootstrap_interval,
+    count_right,
     paired_difference,
 )
 from afferents.evaluation.metrics import accuracy_by_group
@@ -423,7 +424,7 @@ def _written(
 ) -> Explanation:  # fmt: skip
     """Draw the picture, write the numbers, and say what they mean."""
     chance = 1 / len(drag_px)
-    of = {title: Accuracy(table) for title, table in predictions.items()}
+    of = {title: Accuracy(count_right(table)) for title, table in predictions.items()}
     accuracies = {
         title: Recognised(one.mean(), *bootstrap_interval(one)) for title, one in of.items()
     }

@@ -21,6 +21,7 @@ from afferents.reporting.labels import (
     model_title,
     outcomes,
     percent,
+    picked_by_tested,
     texture_names,
 )
 from afferents.reporting.tables import mean_and_interval
@@ -139,11 +140,14 @@ def _learnt_and_tested(summary: Summary) -> str:
     if "--test-only" in options:
         only = options[options.index("--test-only") + 1]
         others, these = f"{others} that are not of {only}", f"{these} that is of {only}"
+    if "--train-speeds" in options:
+        others = f"{options[options.index('--train-speeds') + 1]} of {others}"
     half = {protocol for _, protocol, _ in outcomes(summary)} == {"published"}
+    picked = half and any(picked_by_tested(summary, one) for _, _, one in outcomes(summary))
     return (
         f"a model learnt from {learnt} {others}, and then had to recognise the texture in "
         f"{'half of the samples' if half else 'every sample'} of {these}."
-        f"{' The other half picked the model.' * half}"
+        f"{' The other half picked the model.' * picked}"
     )
 
 
@@ -173,6 +177,7 @@ def beside_the_winner(summary: Summary) -> list[str]:
         return []
     recordings = mean_and_interval(won.found.recordings)
     whole = "whole recordings" if summary.split.whole else "the parts of recordings in one arc"
+    whole = "halves of recordings" if won.protocol == "published" else whole
     said = [
         f"It recognises the texture of {recordings}% of {whole}, from all their samples together.",
         _worst_groups(summary, won),
@@ -197,7 +202,10 @@ def _others(summary: Summary, won: Winner) -> str:
     if won.rivals[best].mean_accuracy == won.found.mean_accuracy:
         return f"It did best of the {len(won.rivals)} models evaluated."
     title, better = model_title(best, summary), percent(won.rivals[best].mean_accuracy)
-    return f"{title} did better here, with {better}%. What we recommend is not picked by this test."
+    return (
+        f"{title} did better here, with {better}%. What we recommend was picked once, on the "
+        "simulated rig, and not by this test."
+    )
 
 
 def _mistake(summary: Summary, won: Winner) -> str:
@@ -314,7 +322,7 @@ def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Ste
     options += ["--results", str(results)] if results else []
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
-        yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)
+        yield Step(f"{why}Train it, and ask it from Python (docs/python.md).", train)
         return
     simulated = any(data.simulated for data in summary.data)
     if MODELS[name].channel != RA2:
@@ -323,7 +331,7 @@ def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Ste
         given = ["--audio", "rig" if simulated else "mic:default"]
     live = shlex.join(["afferents", "live", "--model", "model.onnx", *given, "--web"])
     yield Step(
-        f"{why}Train it on all speeds, and run it live (docs/live.md). The figures above are "
+        f"{why}Train it, and run it live (docs/live.md). The figures above are "
         "no promise for another sensor or mounting.",
         f"{train}\nafferents export MODEL model.onnx\n{live}",
     )

@@ -25,6 +25,7 @@ from afferents.reporting.labels import (
     outcome,
     outcomes,
     percent,
+    picked_by_tested,
     texture_names,
     with_interval,
 )
@@ -345,6 +346,8 @@ def _validation(summary: Summary, found: Outcome) -> str:
         for held_out, group in found.validations.items()
     }
     if all(held_out == group for held_out, group in groups.items()):
+        if not picked_by_tested(summary, found):
+            return ABSENT
         return f"the held-out {summary.split.name} itself"
     return ", ".join(f"{held_out} → {group}" for held_out, group in groups.items())
 
@@ -373,10 +376,12 @@ def touches_table(summary: Summary) -> pd.DataFrame:
         "Between: held-out speeds that lie between other speeds of the data; to hold out the "
         "slowest or the fastest is to extrapolate. "
     )
+    protocols = {protocol for _, protocol, _ in outcomes(summary)}
+    halves = " (protocol published: of half of them)" * ("published" in protocols)
     return make_table(
         "Samples and whole recordings" + ", speeds between others and at the ends" * on_a_scale,
         "Percent recognised. A recording is classified by the sum of its samples' "
-        f"log-probabilities. {between * on_a_scale}In brackets: 95% interval (over "
+        f"log-probabilities{halves}. {between * on_a_scale}In brackets: 95% interval (over "
         f"{drawn_over(summary)}). {caution(summary)}",
         (
             "Model",

@@ -85,10 +85,10 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         return exported
     # a demo that was stopped leaves a part
     store = demo if holds_all(demo) else _simulated_store(folder, progress)
-    data = open_data([str(store)], progress=progress)
+    (data,) = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
-        training = Training(data, MODELS[name], data[0].encodings)
+        training = Training(data, MODELS[name], data.encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
         export(folder / name, path, force=True)
         for sentence in card.describe():

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,45 +12,14 @@ import xarray as xr
 
 from afferents.documents import read_json
 from afferents.errors import InputError
-from afferents.files import PARTIAL_PREFIX
 
 ROOT = "zarr.json"
 """What makes a folder a group or an array."""
-_DEEPEST = 6
-"""Levels of groups; the name of a recording has three parts or fewer as a rule."""
 
 
 def is_group(path: Path) -> bool:
     """Tell whether a folder is a Zarr group, of whatever content."""
     return (path / ROOT).is_file()
-
-
-def recording_groups(folder: Path, level: int = 1) -> Iterator[Path]:
-    """Yield the groups that are recordings: all that only hold other groups are passed through."""
-    for path in folder.iterdir():
-        if not path.is_dir() or path.name.startswith(PARTIAL_PREFIX):
-            continue
-        if level < _DEEPEST and _holds_groups_alone(path):
-            yield from recording_groups(path, level + 1)
-        elif (path / ROOT).is_file():
-            yield path
-
-
-def _holds_groups_alone(path: Path) -> bool:
-    """Tell whether a folder is no recording, by its attributes; what is damaged is taken for one.
-
-    A recording that has lost its attributes still has arrays.
-    """
-    try:
-        if (path / ROOT).is_file() and attributes_of(path):
-            return False
-        return not any(_is_array(metadata) for metadata in path.glob(f"*/{ROOT}"))
-    except InputError:
-        return False
-
-
-def _is_array(metadata: Path) -> bool:
-    return read_json(metadata, "a part of a Zarr store").get("node_type") == "array"
 
 
 def require_all_chunks(group: Path) -> None:

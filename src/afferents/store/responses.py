@@ -22,16 +22,16 @@ n / `ra2.attrs["sample_rate_hz"]` s.
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Json, field_validator
 
 from afferents import dims
 from afferents.documents import as_form
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.quality.issues import QualityIssue
 from afferents.store.integrity import require_values
 from afferents.store.recording import Recording, natural_order
@@ -66,21 +66,24 @@ _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 
 
+def _interval(steady: tuple[float, float]) -> tuple[float, float]:
+    if not 0 <= steady[0] < steady[1] < np.inf:
+        raise ValueError("steady_s is [start, stop] with 0 <= start < stop, both finite")
+    return steady
+
+
+Steady = Annotated[tuple[float, float], AfterValidator(_interval)]
+"""Start and stop of constant speed, s."""
+
+
 class _Declared(BaseModel):
     """What a source declared of a recording, in its attributes, in part as JSON."""
 
     model_config = ConfigDict(extra="allow")
 
-    steady_s: Json[tuple[float, float] | None] = None
+    steady_s: Json[Steady | None] = None
     conditions: Json[dict[str, str | float | int | bool]] = Field(default_factory=dict)
     rest_frame: int = Field(0, ge=0)
-
-    @field_validator("steady_s")
-    @classmethod
-    def _is_an_interval(cls, steady: tuple[float, float] | None) -> object:
-        if steady is not None and not 0 <= steady[0] < steady[1] < np.inf:
-            raise ValueError("start and stop, in this order, 0 or more")
-        return steady
 
 
 class _Attributes(_Declared):
@@ -306,16 +309,12 @@ def read_whole(responses: Responses, variable: str) -> xr.DataArray:
     InputError
         If it can't be read, has changed since it was extracted, or holds what can't be.
     """
-    try:
+    where = f"{variable} of {responses.attrs['name']}"
+    kinds = (OSError, ValueError, RuntimeError, ArithmeticError)
+    do = "remove the recording's folder and extract again"
+    with reading(where, "data that can be read", *kinds, do=do):
         # Not `load`, which would keep what was read in the responses.
-        response = check_values(
-            responses[variable].compute(), f"{variable} of {responses.attrs['name']}"
-        )
-    except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
-        raise InputError(
-            f"{variable} of {responses.attrs['name']}: expected data that can be read, found "
-            f"{reason_of(error)}; remove the recording's folder and extract again"
-        ) from error
+        response = check_values(responses[variable].compute(), where)
     return labelled(response, responses)
 
 

@@ -103,25 +103,8 @@ Steady = tuple[float, float]
 """Start and end of constant speed, s."""
 
 
-def parse_steady(text: str | None) -> Steady | None:
-    """Read a steady part as typed: ``0.2:2.8``; None for none.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    if text is None:
-        return None
-    try:
-        start, stop = (float(part) for part in text.split(":"))
-    except ValueError:
-        raise InputError(f"{OPTION}: expected {_EXPECTED}, found '{text}'") from None
-    return start, stop
-
-
-def steady_in(wanted: Sequence[float] | None, cut: Cut) -> Steady | None:
-    """Return a steady part, s, as it is given to a command.
+def steady_in(wanted: str | Sequence[float] | None, cut: Cut) -> Steady | None:
+    """Return a steady part, s, as it is given to a command: ``0.2:2.8``, or two times.
 
     Raises
     ------
@@ -130,10 +113,11 @@ def steady_in(wanted: Sequence[float] | None, cut: Cut) -> Steady | None:
     """
     if wanted is None:
         return None
+    parts = wanted.split(":") if isinstance(wanted, str) else wanted
     try:
-        start, stop = (float(time_s) for time_s in wanted)
+        start, stop = map(float, parts)
     except (TypeError, ValueError):
-        raise InputError(f"{OPTION}: expected start and stop in s, found {wanted!r}") from None
+        raise InputError(f"{OPTION}: expected {_EXPECTED}, found {wanted!r}") from None
     if not 0 <= start < stop < np.inf:
         expected = f"{_EXPECTED}: 0 or more, and the stop after the start"
         raise InputError(f"{OPTION}: expected {expected}, found {written((start, stop))}")

@@ -16,14 +16,13 @@ import zarr
 
 from afferents import dims
 from afferents.documents import read_json
-from afferents.errors import InputError, reason_of, then
+from afferents.errors import InputError, reading, then
 from afferents.files import naming, require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.store.integrity import (
     ROOT,
     attributes_of,
     is_group,
-    recording_groups,
     require_all_chunks,
     require_described,
     require_small_values,
@@ -52,14 +51,14 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
     """
     if is_group(store):
         earlier = store_config(store)
-        lost = sorted(set(earlier.get("recordings", ())) - set(config.get("recordings", ())))
-        lost = [name for name in lost if (store / name / ROOT).is_file()]
+        there = {name for name in earlier["recordings"] if (store / name / ROOT).is_file()}
+        lost = sorted(there.difference(config["recordings"]))
         if lost:
             found = f"responses of {', '.join(lost[:3])}, which it does not have"
             raise InputError(
                 f"{store}: expected responses of this session, found {found}; choose another name"
             )
-        if any(recording_groups(store)):  # a store without any is as good as new
+        if there:  # a store without any is as good as new
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier != config:
             _rewrite_root(store, config)
@@ -108,7 +107,7 @@ def store_config(store: Path) -> dict[str, Any]:
             f"{store}: expected format {FORMAT!r}, schema {SCHEMA}, found {found}{then(do)}"
         )
     config = attributes.get("config")
-    if not (isinstance(config, dict) and _are_names(config.get("recordings", []))):
+    if not (isinstance(config, dict) and _are_names(config.get("recordings"))):
         raise InputError(
             f"{store / ROOT}: expected the configuration of a store, found a damaged one; extract "
             "again"
@@ -203,7 +202,7 @@ def attributes_there(group: Path) -> dict[str, Any]:
 def is_whole(store: Path, name: str) -> bool:
     """Tell whether a store holds a recording that can be opened."""
     try:
-        _open(store, store / name)
+        _open(store, name)
     except InputError:
         return False
     return True
@@ -213,8 +212,7 @@ def recordings_there(store: Path) -> int:
     """Return how many of its recordings a store holds whole; 0 where there is none yet."""
     if not is_group(store):
         return 0
-    names = store_config(store).get("recordings", [])
-    return sum(is_whole(store, name) for name in names)
+    return sum(is_whole(store, name) for name in store_config(store)["recordings"])
 
 
 def holds_all(store: Path) -> bool:
@@ -245,8 +243,8 @@ def open_responses(store: str | Path) -> list[Responses]:
         If there is no store, no recording in it, or one that is not as documented.
     """
     store = Path(store)
-    store_config(store)
-    opened = [_open(store, group) for group in sorted(recording_groups(store))]
+    names = sorted(store_config(store)["recordings"], key=Path)
+    opened = [_open(store, name) for name in names if (store / name / ROOT).is_file()]
     if not opened:
         raise InputError(f"{store}: expected at least one recording, found none; extract again")
     return sorted(opened, key=_place)
@@ -295,35 +293,21 @@ def _place(responses: Responses) -> tuple[tuple[float, str], float, str]:
     return natural_order(responses.attrs[dims.TEXTURE]), speed, responses.attrs["name"]
 
 
-def _open(store: Path, group: Path) -> Responses:
+def _open(store: Path, name: str) -> Responses:
+    group = store / name
     read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
-    try:
+    with reading(group, "responses that can be read", do="remove the folder and extract again"):
         require_all_chunks(group)
         responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
         checked = check_responses(responses, group)
         require_described(checked, group)
         require_small_values(checked, group)
-    except InputError:
-        raise
-    except _UNREADABLE as error:
-        do = "remove the folder and extract again"
-        raise InputError(
-            f"{group}: expected responses that can be read, found {reason_of(error)}{then(do)}"
-        ) from error
-    name = str(group.relative_to(store))
     if checked.attrs["name"] != name:
         found = f"those of '{checked.attrs['name']}'"
         raise InputError(
             f"{group}: expected the responses of '{name}', found {found}; extract again"
         )
     return checked
-
-
-_UNREADABLE = (
-    OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, IndexError,
-    ArithmeticError,
-)  # fmt: skip
-"""What xarray and Zarr raise at metadata that make no sense; which, follows no rule."""
 
 
 def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from afferents.evaluation.intervals import (
     Accuracy,
     bootstrap_interval,
     bootstrap_unit_of,
+    count_right,
     intervals_by_group,
     paired_difference,
 )
@@ -23,6 +24,10 @@ def table(rows, seeds=None):
     names = ["held_out_speed_mm_s", "recording", "true_texture", "predicted_texture"]
     predictions = pd.DataFrame(rows, columns=names)
     return predictions if seeds is None else predictions.assign(seed=seeds)
+
+
+def accuracy_of(rows, seeds=None, unit=TEXTURE):
+    return Accuracy(count_right(table(rows, seeds), unit))
 
 
 def named(right, speed=10.0):
@@ -44,7 +49,7 @@ def samples_of(shares, speeds=SPEEDS, n=10, session=""):
 
 
 def interval(rows, seed=0, unit=TEXTURE):
-    return bootstrap_interval(Accuracy(table(rows), unit), seed)
+    return bootstrap_interval(accuracy_of(rows, unit=unit), seed)
 
 
 def width(found):
@@ -95,12 +100,12 @@ def test_of_several_sessions_the_session_is_the_unit():
     half = 4.3027 * 0.05 / np.sqrt(3)
     assert over_sessions.low == pytest.approx(0.5 - half, abs=0.02)
     assert width(over_textures) > 1.5 * width(over_sessions)
-    assert len(Accuracy(table(rows), SESSION).units) == 3
+    assert len(accuracy_of(rows, unit=SESSION).units) == 3
 
 
 def test_a_texture_that_lacks_a_speed_is_left_out_there():
     rows = samples_of([0.5, 0.7, 0.9], (10.0,)) + samples_of([0.5, 0.7], (20.0,))
-    accuracy = Accuracy(table(rows))
+    accuracy = accuracy_of(rows)
     assert accuracy.mean() == pytest.approx(0.65)
     assert np.isfinite(accuracy.resampled()).all()
     assert all(0 <= one.low <= one.high <= 1 for one in intervals_by_group(accuracy).values())
@@ -112,10 +117,10 @@ def test_trainings_that_disagree_widen_the_interval():
     for seed, right in enumerate([True, True, False]):
         rows += named([right] * 50)
         seeds += [seed] * 50
-    found = bootstrap_interval(Accuracy(table(rows, seeds)))
+    found = bootstrap_interval(accuracy_of(rows, seeds))
     assert found.low <= 1 / 3
     assert found.high == 1.0
-    assert Accuracy(table(rows, seeds)).mean() == pytest.approx(2 / 3)
+    assert accuracy_of(rows, seeds).mean() == pytest.approx(2 / 3)
 
 
 def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
@@ -123,7 +128,7 @@ def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
     easy = rng.random(60) < 0.5
     better = easy.copy()
     better[np.flatnonzero(~easy)[:6]] = True
-    one, other = Accuracy(table(named(better))), Accuracy(table(named(easy)))
+    one, other = accuracy_of(named(better)), accuracy_of(named(easy))
     found = paired_difference(one, other)
     low, high = found.ci95
     assert found.difference == pytest.approx(0.1)
@@ -132,7 +137,7 @@ def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
     assert high - low < 0.7 * width(alone)
     assert paired_difference(other, one).difference == pytest.approx(-0.1)
     with pytest.raises(InputError, match="recordings that both were tested on"):
-        paired_difference(one, Accuracy(table([(10, "elsewhere", "a", "a")])))
+        paired_difference(one, accuracy_of([(10, "elsewhere", "a", "a")]))
 
 
 def test_sessions_are_drawn_where_each_group_was_tested_in_several():

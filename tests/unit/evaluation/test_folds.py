@@ -18,7 +18,7 @@ SOURCE = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 6}
 SOURCE |= {"simulated": False}
 CONFIG = {"schema": 3, "data": [SOURCE], "without": {}, "skipped": [], "cut": "all"}
 CONFIG |= {"preset": "quick", "spectral": {}}
-ABOUT = {"afferents": "0", "data": [SOURCE], "cut": "all", "preset": "quick", "chance": 0.5}
+ABOUT = {"afferents": "0", "data": [SOURCE], "cut": "all", "preset": "quick"}
 ABOUT |= {"schema": 3, "speeds_mm_s": [10.0, 20.0, 30.0], "skipped": []}
 EPOCHS = [
     {"accuracy": 0.5, "validation_accuracy": 0.4},

@@ -17,6 +17,7 @@ from afferents.evaluation.metrics import (
     reliability,
     reliability_of,
 )
+from afferents.evaluation.summary import constant_answer
 
 
 def table(rows):
@@ -107,13 +108,25 @@ def test_a_speed_of_short_recordings_has_no_long_touches():
     assert sorted(name_touches(longer, ["a", "b"], 4).named["recording"]) == ["r", "r", "t"]
 
 
-def test_a_touch_goes_over_no_gap_where_parts_of_recordings_are_tested():
+def test_a_touch_goes_over_no_gap():
     table = samples("r", 10, 0.25, 0.25, [0.9] * 12)
     gone = table.drop(index=[3, 4, 5])  # 0.75 s, a gap, then 1.5 s
-    whole = name_touches(gone, ["a", "b"], 1)
-    parts = name_touches(gone, ["a", "b"], 1, whole=False)
-    assert (len(whole.named), len(parts.named)) == (2, 1)
-    assert list(parts.named.columns) == list(whole.named.columns)
+    assert [len(name_touches(t, ["a", "b"], 1).named) for t in (table, gone)] == [3, 1]
+
+
+def test_a_touch_of_samples_that_lie_unevenly_is_left_out_where_it_is_too_long():
+    table = samples("r", 10, 0.5, 0.5, [0.9] * 12)
+    steps = np.array([0.5] * 4 + [0.74] * 3 + [0.5] * 4)  # the second four last 2.7 s, not 2
+    table["start_s"] = 3 + np.concatenate([[0], steps.cumsum()])
+    found = name_touches(table.assign(stop_s=table.start_s + 0.5), ["a", "b"], 2)
+    assert (len(found.named), found.seconds) == (2, pytest.approx(2))
+
+
+def test_who_always_names_one_texture():
+    rows = [(v, f"{t}/{v}", t, 1, 0) for v in (10, 20) for t in "ab" for _ in range(3)]
+    assert constant_answer(predictions(rows)) == 0.5
+    more = predictions([*rows, (10, "c/10", "b", 1, 0), (20, "c/20", "b", 1, 0)])
+    assert constant_answer(more) == pytest.approx(2 / 3)
 
 
 def test_reliability_by_hand():

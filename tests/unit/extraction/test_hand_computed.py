@@ -61,7 +61,7 @@ def stored(tmp_path):
         },
     )
     recording = Recording("3/50", "3", 50.0, Path("3/50"), steady_s=(0.0, 9.0))
-    create_store(tmp_path / "s.zarr", {})
+    create_store(tmp_path / "s.zarr", {"recordings": ["3/50"]})
     write_responses(tmp_path / "s.zarr", label(marker_responses(tracks), recording))
     return open_responses(tmp_path / "s.zarr")[0]
 

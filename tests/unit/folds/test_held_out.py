@@ -24,6 +24,15 @@ def test_groups_of_speeds_are_numbers_in_order():
     assert SPEED.read((10, "12.5"), "--held-out") == (10.0, 12.5)
 
 
+@pytest.mark.parametrize("split", [SPEED, split_named("speed,trial")])
+def test_speeds_that_are_nearly_the_same_are_refused(split):
+    speeds = (20.0, 49.8, 50.1)
+    several = [recording(f"{v}", v, trial=1) for v in speeds]
+    with pytest.raises(InputError, match=r"2% or more, found 49\.8 and 50\.1 mm/s"):
+        split.groups_of(several)
+    assert len(split.groups_of(several[:2])) == 2
+
+
 def test_groups_of_a_condition_are_texts_in_natural_order():
     trial = split_named("trial")
     several = [

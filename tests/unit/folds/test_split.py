@@ -93,7 +93,8 @@ def test_each_trial_is_held_out_in_turn_and_nothing_of_it_is_seen(evaluated):
         "test_samples_of_a_group_seen_in_training", "scale_saw_held_out_group",
     }  # fmt: skip
     published = evaluated.summary["models"]["ridge-te"]["published"]
-    assert published["leaks"]["test_samples_of_a_group_seen_in_validation"] == published["n_test"]
+    # Nothing of what is solved at once is picked by the other half.
+    assert published["leaks"]["test_samples_of_a_group_seen_in_validation"] == 0
     rows = evaluated.predictions
     assert (rows["recording"].str[-1] == rows["held_out_group"]).all()
     assert "held_out_speed_mm_s" not in rows

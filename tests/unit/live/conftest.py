@@ -24,8 +24,8 @@ def trained(store, name, folder):
     from afferents.evaluation.train import Training, train_model  # what needs no model needs none
     from afferents.models.export import export
 
-    data = open_data([str(store)])
-    training = Training(data, MODELS[name], data[0].encodings, TrainingOptions(preset="quick"))
+    (data,) = open_data([str(store)])
+    training = Training(data, MODELS[name], data.encodings, TrainingOptions(preset="quick"))
     train_model(training, folder / name, QUIET)
     export(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"

@@ -171,6 +171,18 @@ def test_sound_shorter_than_a_window_ends_with_a_word(models, tmp_path):
     assert [p.state for p in stream([source], [models["vib-te-aug"]])] == ["waiting"]
 
 
+@pytest.mark.parametrize("outlet", [["--json"], []])
+def test_a_clip_that_fits_no_model_ends_with_what_was_wrong(
+    fails, models, make_video, tmp_path, outlet
+):
+    bare = make_video(tmp_path / "bare.mp4", np.zeros(12), covered=[range(361)] * 12)
+    asked = ("live", "--model", models["sa-se"], *outlet, "--speed", "max")
+    assert "expected 361 markers of sensor" in fails(*asked, "--video", bare)
+    soundfile.write(tmp_path / "short.wav", np.zeros((4000, 2)), 8000)
+    asked = ("live", "--model", models["vib-te-aug"], *outlet, "--speed", "max")
+    assert "long enough for a prediction" in fails(*asked, "--audio", tmp_path / "short.wav")
+
+
 class Stopping:
     """A source that says nothing after 30 pictures until `go_on` is set."""
 

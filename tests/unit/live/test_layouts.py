@@ -60,8 +60,8 @@ def results(store):
 
 def trained(store, model):
     folder = store.parent / model.name
-    data = open_data([str(store)])
-    training = Training(data, model, data[0].encodings, TrainingOptions(preset="quick"))
+    (data,) = open_data([str(store)])
+    training = Training(data, model, data.encodings, TrainingOptions(preset="quick"))
     card = train_model(training, folder, Progress(quiet=True))
     export(folder, folder.with_suffix(".onnx"))
     return card

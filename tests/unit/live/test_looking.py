@@ -312,7 +312,7 @@ def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_vide
         (("--video", clip, "--sensor", small), "320 x 240 px, as sensor 'small' says, found 640 x"),
         (("--video", clip, "--sensor", "no.toml"), "no.toml"),
         (("--video", bare), "bare.mp4: expected at least 6 bright or dark blobs"),
-        (("--video", clip, "--fps", -1), "--fps: expected a number of frames a second above 0"),
+        (("--video", clip, "--fps", -1), "--fps: expected frames a second, above 0"),
         (
             ("--video", clip, "--sensor", "tip_b", "--model", "m.onnx"),
             "--sensor: expected none beside --model, which carries its own",

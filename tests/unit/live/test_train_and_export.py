@@ -54,10 +54,10 @@ def test_the_card_says_how_recordings_were_extracted_where_live_must_know(stores
     monkeypatch.setattr(type(opened.origin.data_set), "config", lambda _: said)
     late = [one.assign_attrs(rest_frame=2) for one in opened.responses]
     source = sources_of(MODELS["sa-se"], opened.encodings)[0]
-    felt = felt_with([replace(opened, responses=late)], source)
+    felt = felt_with(replace(opened, responses=late), source)
     assert felt["sensor"]["rest_frame"] == 2
     assert felt["unlike_live"] == ("--rest reference", "--tracker published")
-    felt = felt_with([replace(opened, responses=[*late, *opened.responses])], source)
+    felt = felt_with(replace(opened, responses=[*late, *opened.responses]), source)
     assert felt["unlike_live"][-1] == "several rest frames"
 
 

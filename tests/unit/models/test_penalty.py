@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 import afferents
@@ -28,13 +27,13 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
     assert "penalty" not in usual.config
     assert found.config["penalty"] == found.summary["penalty"] == "searched"
     assert "--penalty searched" in " ".join(found.summary["options"])
-    table = found.accuracy_by_touch
-    assert list(table["model"]) == ["sa-wave"] * 3 + ["fusion"] * 3
-    assert list(table["touch_s"]) == [0.11, 1.0, 4.0] * 2
-    told = table[~np.isnan(table["accuracy"])]
-    assert len(told)
-    assert ((told["ci95_low"] <= told["accuracy"]) & (told["accuracy"] <= told["ci95_high"])).all()
-    assert (abs(told["seconds"] - told["touch_s"]) <= 0.25 * told["touch_s"]).all()
+    by_touch = [found.found.models[model]["nested"].by_touch for model in models]
+    assert [list(one) for one in by_touch] == [["0.11", "1", "4"]] * 2
+    told = [(float(touch), one) for its in by_touch for touch, one in its.items() if one]
+    assert told
+    for touch_s, one in told:
+        assert one.ci95[0] <= one.mean_accuracy <= one.ci95[1]
+        assert abs(one.seconds - touch_s) <= 0.25 * touch_s
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,8 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
         nested = of_protocol["nested"]
         assert not any(nested["leaks"].values()), model
         assert nested["n_test"] > 0
+        halved = of_protocol["published"]["leaks"]  # of what is solved at once nothing is picked
+        assert halved["test_samples_of_a_speed_seen_in_validation"] == 0, model
         assert nested["recordings"]["inside"]["by"].keys() == {"40"}
     table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
     felt = table[table["model"] == "fusion"]["predicted_speed_mm_s"]

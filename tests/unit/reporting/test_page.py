@@ -156,7 +156,8 @@ def test_it_says_what_else_came_out(summary):
         "It recognises the texture of 60.0 [50.0, 70.0]% of whole recordings, from all their "
         "samples together.",
         "From the worst: 10 mm/s 25.0%, 20 mm/s 50.0%, 40 mm/s 75.0%.",
-        "vib-TE did better here, with 55.0%. What we recommend is not picked by this test.",
+        "vib-TE did better here, with 55.0%. What we recommend was picked once, "
+        "on the simulated rig, and not by this test.",
         "Its most frequent mistake is to take 0.5 for 0: 25.0% of the samples of 0.5.",
     ]
     found["confusion"] = [[4, 0, 0], [0, 3, 0], [0, 0, 4]]
@@ -175,6 +176,11 @@ def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
         del found["nested"]
     asked = what_was_asked(S(summary))
     assert "in half of the samples of this one that is of repetition=1. The other half" in asked
+    summary["options"] = ["--train-speeds", "2"]
+    assert "from the recordings of 2 of the others, and then" in what_was_asked(S(summary))
+    for found in summary["models"].values():
+        found["published"]["leaks"]["test_samples_of_a_speed_seen_in_validation"] = 0
+    assert "The other half" not in what_was_asked(S(summary)), "of what is solved at once"
 
 
 def test_arcs_are_parts_of_the_same_recordings(summary):

@@ -34,7 +34,7 @@ def responses(name="3/50", texture="3", speed=50.0):
 @pytest.fixture
 def store(tmp_path):
     """An empty one."""
-    create_store(tmp_path / "s.zarr", {})
+    create_store(tmp_path / "s.zarr", {"recordings": ["3/50"]})
     return tmp_path / "s.zarr"
 
 
@@ -55,11 +55,12 @@ def test_a_recording_that_fails_half_way_is_not_there(store):
 
 
 def test_a_store_of_another_configuration_is_refused(tmp_path):
-    create_store(tmp_path / "s.zarr", {"method": "published"})
-    create_store(tmp_path / "s.zarr", {"method": "published"})
+    config = {"recordings": ["3/50"], "method": "published"}
+    create_store(tmp_path / "s.zarr", config)
+    create_store(tmp_path / "s.zarr", config)
     write_responses(tmp_path / "s.zarr", responses())
     with pytest.raises(InputError, match=r"method one-to-one.*found responses of another"):
-        create_store(tmp_path / "s.zarr", {"method": "one-to-one"})
+        create_store(tmp_path / "s.zarr", {**config, "method": "one-to-one"})
 
 
 def test_a_recording_from_changed_files_is_refused(store):

@@ -19,7 +19,7 @@ from afferents.progress import Progress
 from afferents.recordings.session import read_session, recordings_of
 from afferents.spikes.artificial import artificial_spikes
 from afferents.store.integrity import ROOT
-from afferents.store.responses import Responses
+from afferents.store.responses import Responses, textures_of
 from afferents.store.zarr_store import open_whole, store_config
 from afferents.version import __version__
 
@@ -156,7 +156,7 @@ def _described(
 
     config = store_config(store)
     simulated = bool(config.get("declared", {}).get("simulated"))
-    textures = sorted({str(one.attrs[dims.TEXTURE]) for one in recordings})
+    textures = textures_of(recordings)
     written = datetime.fromtimestamp((store / ROOT).stat().st_mtime, tz=UTC)
     nwbfile = NWBFile(
         session_description="A soft tactile fingertip slides over textures"
