@@ -44,7 +44,7 @@ def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
 # two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
 
 _LEAST_POWER = 1e-6
-"""In px squared: an error of 0.001 px a marker has less."""
+"""In px squared, that of noise of 0.0001 px a marker: below all that is tracked."""
 
 
 class WavenumberEncoding(ImageEncoding):
