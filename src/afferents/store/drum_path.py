@@ -77,18 +77,8 @@ class DrumPath:
     position_mm: Values
 
     def at(self, time_s: Values) -> Values:
-        """Return the positions at some times, mm: straight lines between what was logged.
-
-        Before the first entry and after the last the drum goes on at the mean speed of the log.
-        """
-        within = np.clip(time_s, self.time_s[0], self.time_s[-1])
-        position = np.interp(within, self.time_s, self.position_mm)
-        return np.asarray(position + self._speed_mm_s * (time_s - within))
-
-    @property
-    def _speed_mm_s(self) -> float:
-        way_mm = self.position_mm[-1] - self.position_mm[0]
-        return float(way_mm / (self.time_s[-1] - self.time_s[0]))
+        """Return the positions at some times, mm: straight lines between what was logged."""
+        return np.asarray(np.interp(time_s, self.time_s, self.position_mm))
 
     def turns(self, steady_s: tuple[float, float] | None) -> float:
         """Return how often the drum turned, in the steady part where that is known."""
@@ -104,8 +94,10 @@ class DrumPath:
         first, last = steady_s or (self.time_s[0], self.time_s[-1])
         touches = (self.time_s[1:] > first) & (self.time_s[:-1] < last)
         between = np.abs(np.diff(self.position_mm))[touches]
+        whole_s = self.time_s[-1] - self.time_s[0]
+        speed = abs(self.position_mm[-1] - self.position_mm[0]) / whole_s
         beyond_s = max(0.0, self.time_s[0] - first, last - self.time_s[-1])
-        return float(max(between.max(initial=0.0), abs(self._speed_mm_s) * beyond_s))
+        return float(max(between.max(initial=0.0), speed * beyond_s))
 
     def variable(self) -> xr.DataArray:
         """Return it as a store keeps it: float32, within the first turn at its beginning."""

@@ -29,17 +29,6 @@ def recording(name, speed, seconds=6.0, start_mm=0.0, zero=MARK, texture="1"):
     return xr.Dataset({"drum_position": way.variable()}, attrs={**attrs, "steady_s": steady})
 
 
-def test_beyond_its_log_the_drum_goes_on():
-    time = np.arange(0, 5.01, 0.02)
-    for speed in (40.0, -40.0):
-        way = DrumPath(
-            Drum(circumference_mm=ROUND_MM, contact_mm=CONTACT_MM, zero=MARK), time, speed * time
-        )
-        np.testing.assert_allclose(
-            way.at(np.array([-1.0, 2.5, 5.5])), speed * np.array([-1, 2.5, 5.5])
-        )
-
-
 def samples_of(recordings, window_s=0.1):
     parts = []
     for responses in recordings:
