@@ -74,7 +74,7 @@ def _has_penalty(model: Model) -> bool:
 
 
 def _learns_as(networks: Collection[str], encodings: Encodings, model: Model) -> bool:
-    parts = [model] if learns_in_a_loop(model) else _parts(model)
+    parts = [model] if learns_in_a_loop(model) else parts_of(model)
     return any(
         learns_in_a_loop(part) and recipe_of(part, encodings.of(part.encoding)) in networks
         for part in parts
@@ -92,7 +92,7 @@ def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:
         Naming the model.
     """
     for model in models:
-        for part in _parts(model):
+        for part in parts_of(model):
             (source,) = sources_of(part, encodings)
             if source.encoding.needs_speed and part.speed_from != "robot":
                 told = [name for name, one in MODELS.items() if one.speed_from == "robot"]
@@ -103,9 +103,9 @@ def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:
                 )
 
 
-def _parts(model: Model) -> list[Model]:
+def parts_of(model: Model) -> list[Model]:
     """Return the models that a fusion is made of, or the model itself."""
-    return [part for name in model.parts for part in _parts(MODELS[name])] or [model]
+    return [part for name in model.parts for part in parts_of(MODELS[name])] or [model]
 
 
 # Encodings that suit data: chosen before anything is trained, said, and refused if they can't.

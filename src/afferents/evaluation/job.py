@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import AfferentsError, InputError, LeakageError
+from afferents.evaluation.choice import parts_of
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, encode_variants, sources_of
 from afferents.evaluation.fold_files import (
@@ -35,7 +36,6 @@ from afferents.models.fitting import fit, learns_in_a_loop, recipes_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
-from afferents.models.model import MODELS
 from afferents.parallel import keep_freed_memory
 from afferents.progress import Progress
 from afferents.store.responses import Responses
@@ -112,7 +112,7 @@ def train_and_test(
     ]
     leaks: dict[int, Leaks] = {}
     # Nothing but networks is picked by validation samples; `nested` lets others learn from them.
-    networks = any(map(learns_in_a_loop, (model, *(MODELS[part] for part in model.parts))))
+    networks = any(map(learns_in_a_loop, (model, *parts_of(model))))
     unused = not (networks or protocol.solved_models_learn_from_validation)
 
     def check(number: int, learnt_from: Indices) -> None:

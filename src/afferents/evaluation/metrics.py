@@ -123,11 +123,8 @@ def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float
     stride = _median(rows.groupby(of_recording)["start_s"].diff(), recordings)
     lasting = _median(rows["stop_s"] - rows["start_s"], recordings)
     more = ((length_s - lasting) / stride).round().clip(lower=0).fillna(0)
-    seconds = lasting + more * stride.fillna(0)
-    rows = rows.assign(_n=more + 1, _seconds=seconds)
-    rows = rows[(seconds - length_s).abs() <= _NEAR * length_s]
-    number = rows.groupby(of_recording).cumcount()
-    rows = rows.assign(_touch=number // rows["_n"])
+    rows = rows.assign(_n=more + 1)
+    rows = rows.assign(_touch=rows.groupby(of_recording).cumcount() // rows["_n"])
     of_touch = [*of_recording, "_touch"]
     rows = rows[rows.groupby(of_touch)["_n"].transform("size") == rows["_n"]]
     each = rows.groupby(of_touch)

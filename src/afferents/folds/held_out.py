@@ -283,6 +283,13 @@ class ByPair(Split):
         each = zip(self.both, str(group).split(_OF_PAIR, 1), strict=True)
         return " and ".join(split.named(part) for split, part in each)
 
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        """Return the cells that recordings are of; as `Split.groups_of`, of each of the two."""
+        there = list(recordings)
+        for each in self.both:
+            each.groups_of(there)  # refuses what can't be held out alone
+        return super().groups_of(there)
+
     def sharing(self, groups: NDArray[Any], group: Group) -> NDArray[np.bool_]:
         """Return which of these cells are of the row or the column of a cell."""
         row, _, column = str(group).partition(_OF_PAIR)
@@ -298,8 +305,6 @@ class ByPair(Split):
             If there is a recording that has not both, or a name of a row has a slash.
         """
         there = list(recordings)
-        if SPEED in self.both:
-            SPEED.groups_of(there)  # refuses speeds that are nearly the same
         rows, columns = (each.by_recording(there) for each in self.both)
         if slashed := [str(row) for row in rows.values() if _OF_PAIR in key_of(row)]:
             expected = f"values of {self.both[0].name} without '{_OF_PAIR}'"
