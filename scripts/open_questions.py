@@ -10,7 +10,7 @@ what it found in `docs/results/open/PART.json`. Tables and figures are drawn fro
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import make_results as rig
@@ -33,43 +33,49 @@ SURFACES = (
     "poplin", "shirting", "duck", "hessian", "needlecord", "corduroy", "wide-cord",
     "elephant-cord", "P40", "P80", "P120",
 )  # fmt: skip
+Interval = tuple[float, float, float]
+"""Mean, lower and upper end, percent."""
 AROUND = "251.3,1"
 """Length of a map along the slide, mm, and a height that arrays of heights do not need."""
+DRUMS = "drums"
+THRICE_LEARNT = ("--seeds", "3")
 LENGTHS = ("0.011", "0.11", "0.5", "1", "4")
 
 
 def parts() -> Iterator[Part]:
     """Yield all parts, in the order of the questions."""
     for seed in SEEDS:
-        yield store_of(f"S{seed}", seed)
+        yield pressed(f"{DRUMS}-{seed}", seed)
     # 1. Three afferents together.
     alone = "vib-te-aug,sa-ste,ra-ste"
     fused = "fusion-networks,three-stems"
     for seed in SEEDS:
-        yield evaluated(f"together-S{seed}", f"S{seed}", f"{alone},{fused}", *HELD_OUT)
-    for name, disturbed in (("deaf", "sound=20dB"), ("half", "lost=0.5")):
-        wanted = f"together-{name}"
-        yield evaluated(wanted, "S11", f"{alone},{fused}", *HELD_OUT, "--disturb", disturbed)
+        drums, models = f"{DRUMS}-{seed}", f"{alone},{fused}"
+        yield evaluated(f"together-S{seed}", drums, models, *HELD_OUT, *THRICE_LEARNT)
+        for name, disturbed in (("deaf", "sound=20dB"), ("half", "lost=0.5")):
+            harmed = f"together-{name}{of(seed)}"
+            yield evaluated(harmed, drums, models, *HELD_OUT, "--disturb", disturbed)
     # 2. Speed for images.
     for seed in SEEDS:
-        copied = "ra-se-aug,ra-ste-aug,sa-ste-aug"
-        yield evaluated(f"copies-S{seed}", f"S{seed}", copied, *HELD_OUT)
+        copied = "ra-se,ra-ste,sa-ste,ra-se-aug,ra-ste-aug,sa-ste-aug"
+        yield evaluated(f"copies-S{seed}", f"{DRUMS}-{seed}", copied, *HELD_OUT, *THRICE_LEARNT)
     # Copies take the place of originals where their number is given, so once with three times both.
     thrice = ("--recipe", "../../scripts/thrice.toml")
     of_ra = "ra-se,ra-ste,ra-se-aug,ra-ste-aug"
-    yield evaluated("copies-thrice", "S11", of_ra, *HELD_OUT, *thrice)
+    yield evaluated("copies-thrice", f"{DRUMS}-11", of_ra, *HELD_OUT, *thrice)
     # 3. How long to feel.
-    yield evaluated("runs", "S11", "sa-ste,ra-ste", *HELD_OUT, "--frames", "1,2,5,20")
+    of_runs = (*HELD_OUT, "--frames", "1,2,5,20")
+    yield evaluated("runs", f"{DRUMS}-11", "sa-ste,ra-ste", *of_runs)
     for window, points, bins in (("0.25", 44100, 200), ("0.5", 44100, 200), ("4", 176400, 800)):
         of_spectra = ("--fft-points", f"{points}", "--bins", f"{bins}")
         words = (*HELD_OUT, "--window-s", window, *of_spectra)
-        yield evaluated(f"window-{window}", "S11", "vib-te-aug", *words)
+        yield evaluated(f"window-{window}", f"{DRUMS}-11", "vib-te-aug", *words)
     # 4. Another depth.
     for seed in SEEDS:
-        names = [f"depth-{depth}{of(seed)}" for depth in DEPTHS]
-        for name, depth in zip(names, DEPTHS, strict=True):
-            yield store_of(name, seed, "--indentation", depth)
-        stores = [f"{name}.zarr" for name in names]
+        others = {f"depth-{depth}{of(seed)}": depth for depth in ("0.8", "1.2")}
+        for name, depth in others.items():
+            yield pressed(name, seed, depth=depth)
+        stores = [f"{name}.zarr" for name in (f"{DRUMS}-{seed}", *others)]
         models = f"sa-se,ra-se,vib-te-aug,{SOLVED}"
         yield together(f"depth{of(seed)}", stores, models, "--split", "indentation_mm")
         both = ("--split", "speed,indentation_mm", "--held-out", CELLS)
@@ -86,21 +92,32 @@ def parts() -> Iterator[Part]:
     bumped = ("--textures", "b,c,d,e,f,g,h,i,j,k,l,m")  # a smooth drum has nothing to print anew
     printed = f"{SOLVED},sa-se,ra-se,vib-te-aug"
     for seed in SEEDS:
-        same, anew = f"print-{seed}", f"print-99{of(seed)}"
-        yield store_of(same, seed, "--reprint", f"{seed}")
-        yield store_of(anew, seed, "--reprint", "99", *bumped)
+        same, anew = f"{DRUMS}-{seed}", f"print-99{of(seed)}"
+        yield pressed(anew, seed, *bumped, reprint=99)
         stores, unseen = [f"{same}.zarr", f"{anew}.zarr"], ("--test-only", "print=99")
         yield together(f"reprinted{of(seed)}", stores, printed, *unseen, *HELD_OUT)
         yield evaluated(f"not-reprinted{of(seed)}", same, printed, *HELD_OUT)
+    yield store_of("mounted-anew", 19, "--remount", "run")
+    yield evaluated("ours-mounted-anew", "mounted-anew", printed)
     # 7. Slow slides. One speed is held out, so that three seeds are cheap.
-    thrice_learnt = ("--seeds", "3")
     for seed in SEEDS:
-        slow, models = f"slow{of(seed)}", f"{PAPERS},sa-wave-vector,order-te"
-        yield store_of(slow, seed, "--speeds", "5,10,20,30,40,50,60,70,80,90,100")
-        yield evaluated(f"from-5{of(seed)}", slow, models, "--held-out", "10", *thrice_learnt)
-        yield evaluated(
-            f"from-10{of(seed)}", f"S{seed}", models, "--held-out", "10", *thrice_learnt
+        drums, slower, models = (
+            f"{DRUMS}-{seed}",
+            f"five-{seed}",
+            f"{PAPERS},sa-wave-vector,order-te",
         )
+        yield pressed(slower, seed, "--speeds", "5")
+        stores, words = [f"{drums}.zarr", f"{slower}.zarr"], ("--held-out", "10", *THRICE_LEARNT)
+        yield together(f"from-5{of(seed)}", stores, models, *words)
+        yield together(f"from-10{of(seed)}", stores[:1], models, *words)
+
+
+def pressed(
+    name: str, seed: int, *options: str, depth: str = "1.0", reprint: int | None = None
+) -> Part:
+    """Return the part that makes a store whose recordings say their depth and print."""
+    printed = ("--reprint", f"{reprint or seed}")
+    return store_of(name, seed, *printed, "--indentation", depth, *options)
 
 
 def of(seed: int) -> str:
@@ -152,16 +169,15 @@ def percent(part: Mapping[str, Any], model: str, speeds: Sequence[str] = ()) -> 
     return 100 * (float(np.mean([one["by_speed"][s] for s in speeds])) if speeds else one["mean"])
 
 
-def with_interval(part: Mapping[str, Any], model: str) -> str:
-    """Return a model's accuracy with its 95% interval."""
-    one = part["models"][model]["nested"]
-    low, high = (100 * share for share in one["ci95"])
-    return f"{100 * one['mean']:.0f} [{low:.0f}, {high:.0f}]"
+def intervals(parts: Iterable[Mapping[str, Any]], model: str) -> list[Interval]:
+    """Return a model's accuracy in each session that has it, with its 95% interval, percent."""
+    there = [part["models"][model]["nested"] for part in parts if model in part["models"]]
+    return [(100 * one["mean"], *(100 * share for share in one["ci95"])) for one in there]
 
 
-def each_with_interval(parts: Sequence[Mapping[str, Any]], model: str) -> str:
-    """Return a model's accuracy in each session, with its 95% interval over textures."""
-    return "; ".join(with_interval(part, model) for part in parts if model in part["models"])
+def shown(each: Iterable[Interval]) -> str:
+    """Return accuracies with their intervals as words."""
+    return "; ".join(f"{mean:.0f} [{low:.0f}, {high:.0f}]" for mean, low, high in each) or "–"
 
 
 def difference(more: Sequence[float], less: Sequence[float]) -> str:
@@ -207,23 +223,34 @@ def over_touch(ax: Axes) -> None:
     ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--")
 
 
-def bars(ax: Axes, names: Sequence[str], groups: Mapping[str, Sequence[float]]) -> None:
-    """Draw a group of bars a model."""
+def bars(
+    ax: Axes,
+    names: Sequence[str],
+    groups: Mapping[str, Sequence[Sequence[Interval]]],
+    textures: Sequence[int] = (13,),
+) -> None:
+    """Draw a group of bars a model: means over sessions, and each session with its interval."""
     colours, width = (BLUE, VERMILION, GREEN), 0.8 / len(groups)
-    for n, (label, values) in enumerate(groups.items()):
+    for n, (label, of_models) in enumerate(groups.items()):
         place = np.arange(len(names)) + (n - (len(groups) - 1) / 2) * width
-        ax.bar(place, values, width, label=label, color=colours[n])
+        means = [float(np.mean([mean for mean, _, _ in each])) for each in of_models]
+        ax.bar(place, means, width, label=label, color=colours[n])
+        for x, each in zip(place, of_models, strict=True):
+            at = x + width / 4 * (np.arange(len(each)) - (len(each) - 1) / 2)
+            mean, low, high = np.array(each).T
+            ax.errorbar(at, mean, [mean - low, high - mean], fmt=".", ms=2, lw=0.8, color="black")
     ax.set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
-    ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--")
+    for n_textures in textures:
+        ax.axhline(100 / n_textures, color=GREY, lw=0.7, ls="--")
     ax.set(ylabel="accuracy, %", ylim=(0, 103))
-    ax.legend(loc="upper left", fontsize=8)
+    ax.legend(loc="upper left", bbox_to_anchor=(0, 1.13), ncols=len(groups), fontsize=8)
 
 
 def _together(number: int) -> None:
     whole = found(*(f"together-S{seed}" for seed in SEEDS))
     if not whole:
         return
-    harmed = found("together-deaf", "together-half")
+    harmed = [found(*(f"together-{how}{of(seed)}" for seed in SEEDS)) for how in ("deaf", "half")]
     models = list(next(iter(whole.values()))["models"])
     lost = ("microphone lost, 1 s", "half of the markers lost, 1 s")
     rows = [["model", *(f"{length} s" for length in LENGTHS), *lost, "single samples"]]
@@ -235,18 +262,18 @@ def _together(number: int) -> None:
     for model in models:
         each = [touched(part, model) for part in whole.values()]
         mean = {s: float(np.mean([one[s] for one in each])) for s in each[0]}
-        harm = [touched(part, model).get(1.0) for part in harmed.values()]
+        harm = [[touched(part, model).get(1.0) for part in of_one.values()] for of_one in harmed]
         rows.append([
             f"`{model}`",
             *(_range([one.get(float(length)) for one in each]) for length in LENGTHS),
-            *("–" if one is None else f"{one:.0f}" for one in [*harm, None, None][:2]),
-            each_with_interval(list(whole.values()), model),
+            *map(_range, harm),
+            shown(intervals(whole.values(), model)),
         ])  # fmt: skip
         curve(ax, mean, model, **styles.get(model, {"lw": 1, "color": None}))
     over_touch(ax)
     ax.legend(fontsize=8)
     save(number, figure)
-    write(number, "Three afferents together", {**whole, **harmed}, rows)
+    write(number, "Three afferents together", {**whole, **harmed[0], **harmed[1]}, rows)
 
 
 def _range(values: Sequence[float | None]) -> str:
@@ -259,37 +286,34 @@ def _range(values: Sequence[float | None]) -> str:
 
 
 def _copies(number: int) -> None:
-    copied = found(*(f"copies-S{seed}" for seed in SEEDS))
-    plain = found(*(f"nested-{name.split('-')[1]}" for name in copied))
-    thrice = found("copies-thrice")
-    if not copied:
+    once, thrice = found(*(f"copies-S{seed}" for seed in SEEDS)), found("copies-thrice")
+    if not once:
         return
     speeds = HELD_OUT[1].split(",")
-    gained = "gained by copies"
-    rows = [["model", "learnt from", *(f"{speed} mm/s" for speed in speeds), "mean", gained]]
-    names, groups = [], {"without copies": [], "with copies": []}
-    for model in ("ra-se", "ra-ste", "sa-ste"):
-        names.append(model)
-        for label, sessions, name, originals in (
-            ("without copies", plain, model, {}),
-            ("with copies", copied, f"{model}-aug", plain),
-            ("three times as many samples", thrice, model, {}),
-            ("three times as many samples", thrice, f"{model}-aug", thrice),
-        ):
-            there = [part for part in sessions.values() if name in part["models"]]
-            if not there:
-                continue
-            at = [[percent(part, name, [s]) for part in there] for s in speeds]
-            means = [percent(part, name, speeds) for part in there]
-            before = cells(list(originals.values()), model)
-            gain = difference(cells(there, name), before) if before else ""
-            rows.append([f"`{name}`", label, *map(_range, at), _range(means), gain])
-            if label in groups:
-                groups[label].append(float(np.mean(means)))
-    figure, ax = plt.subplots(figsize=(5, 3.2), layout="constrained")
-    bars(ax, names, groups)
+    rows = [
+        ["model", "learnt from", *(f"{speed} mm/s" for speed in speeds), "each session", "gained"]
+    ]
+    for label, found_of in (("as many samples", once), ("three times as many", thrice)):
+        sessions = list(found_of.values())
+        for model in ("ra-se", "ra-ste", "sa-ste"):
+            for name in (model, f"{model}-aug"):
+                there = [part for part in sessions if name in part["models"]]
+                if not there:
+                    continue
+                at = [_range([percent(part, name, [s]) for part in there]) for s in speeds]
+                copied = name != model
+                gain = difference(cells(there, name), cells(there, model)) if copied else ""
+                rows.append([f"`{name}`", label, *at, shown(intervals(there, name)), gain])
+    figure, ax = plt.subplots(figsize=(5, 3.4), layout="constrained")
+    models = ("ra-se", "ra-ste", "sa-ste")
+    ends = {"without copies": "", "with copies": "-aug"}
+    groups = {
+        label: [intervals(once.values(), f"{model}{end}") for model in models]
+        for label, end in ends.items()
+    }
+    bars(ax, models, groups)
     save(number, figure)
-    write(number, "Copies of images at other speeds", {**copied, **thrice, **plain}, rows)
+    write(number, "Copies of images at other speeds", {**once, **thrice}, rows)
 
 
 def _lengths(number: int) -> None:
@@ -334,21 +358,20 @@ def _depth(number: int) -> None:
     rows = [
         ["model", "speed held out", "depth held out", *(f"{d} mm" for d in DEPTHS), "both held out"]
     ]
-    names, groups = [], {"speed held out": [], "depth held out": []}
-    for model in next(iter(depth.values()))["models"]:
+    names = list(next(iter(depth.values()))["models"])
+    groups = {
+        label: [intervals(parts.values(), model) for model in names]
+        for label, parts in (("speed held out", usual), ("depth held out", depth))
+    }
+    for model in names:
         by = [part["models"][model]["nested"]["by_speed"].values() for part in depth.values()]
         rows.append([
             f"`{model}`",
-            each_with_interval(list(usual.values()), model),
-            each_with_interval(list(depth.values()), model),
+            shown(intervals(usual.values(), model)),
+            shown(intervals(depth.values(), model)),
             *(_range([100 * share for share in at]) for at in zip(*by, strict=True)),
-            each_with_interval(list(both.values()), model) or "–",
+            shown(intervals(both.values(), model)),
         ])  # fmt: skip
-        names.append(model)
-        there = [percent(part, model) for part in usual.values() if model in part["models"]]
-        groups["speed held out"].append(float(np.mean(there)))
-        held_out = [percent(part, model) for part in depth.values()]
-        groups["depth held out"].append(float(np.mean(held_out)))
     figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     bars(ax, names, groups)
     save(number, figure)
@@ -357,64 +380,68 @@ def _depth(number: int) -> None:
 
 def _natural(number: int) -> None:
     natural = found(*(f"on-natural-{seed}" for seed in SEEDS))
-    drums = found("nested-S11", "nested-S12", "ours-S11", "ours-S12")
+    drums = found(*(f"not-reprinted{of(s)}" for s in SEEDS), *(f"together-S{s}" for s in SEEDS))
     if not natural or not drums:
         return
-    speeds = HELD_OUT[1].split(",")
-    rows = [["model", "drums", "natural surfaces", "difference", "each session"]]
-    groups: dict[str, list[float]] = {"drums": [], "natural surfaces": []}
-    models = list(next(iter(natural.values()))["models"])
+    rows = [["model", "drums", "natural surfaces", "difference"]]
+    models = [name for name in next(iter(natural.values()))["models"] if name in _models_of(drums)]
+    groups: dict[str, list[list[Interval]]] = {"drums": [], "natural surfaces": []}
     for model in models:
-        on_drums = [percent(p, model, speeds) for p in drums.values() if model in p["models"]]
-        on_these = [percent(part, model) for part in natural.values()]
-        of_drums = [part for part in drums.values() if model in part["models"]]
+        of_drums = [part for part in drums.values() if model in part["models"]][: len(natural)]
         these = list(natural.values())
+        both = [intervals(parts, model) for parts in (of_drums, these)]
         differ = difference(cells(these, model), cells(of_drums, model))
-        of_each = each_with_interval(these, model)
-        rows.append([f"`{model}`", _range(on_drums), _range(on_these), differ, of_each])
-        groups["drums"].append(float(np.mean(on_drums)))
-        groups["natural surfaces"].append(float(np.mean(on_these)))
+        rows.append([f"`{model}`", *map(shown, both), differ])
+        for label, each in zip(groups, both, strict=True):
+            groups[label].append(each)
     figure, ax = plt.subplots(figsize=(8, 3.4), layout="constrained")
-    bars(ax, models, groups)
+    bars(ax, models, groups, textures=(13, len(SURFACES) + 1))
     save(number, figure)
     write(number, "Natural surfaces", {**natural, **drums}, rows)
 
 
+def _models_of(parts: Mapping[str, Any]) -> set[str]:
+    return {model for part in parts.values() for model in part["models"]}
+
+
 def _shear(number: int) -> None:
-    usual, anew = found("ours-S11", "ours-S12"), found("ours-remounted")
+    once = found(*(f"{kind}-S{seed}" for kind in ("ours", "nested") for seed in SEEDS))
+    anew = found("ours-remounted", "images-remounted", "ours-mounted-anew")
     same, printed = (
         found(*(f"{kind}{of(seed)}" for seed in SEEDS)) for kind in ("not-reprinted", "reprinted")
     )
-    if not (usual and anew and same and printed):
+    if not (once and anew and same and printed):
         return
     rows = [
         ["model", "mounted once", "mounted anew for each run", "same drums", "drums printed anew"]
     ]
     names = list(next(iter(printed.values()))["models"])
-    ours = [name for name in names if name in anew["ours-remounted"]["models"]]
-    once = {name: [percent(part, name) for part in usual.values()] for name in ours}
-    remounted = {name: percent(anew["ours-remounted"], name) for name in ours}
-    on_same = {name: [_on_bumps(part, name) for part in same.values()] for name in names}
-    for name in names:
-        mounting = (_range(once[name]), f"{remounted[name]:.0f}") if name in ours else ("–", "–")
-        on_new = each_with_interval(list(printed.values()), name)
-        rows.append([f"`{name}`", *mounting, _range(on_same[name]), on_new])
-    figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained", width_ratios=(2, 3))
-    means = [float(np.mean(once[name])) for name in ours]
-    bars(axes[0], ours, {"mounted once": means, "mounted anew": list(remounted.values())})
-    on_these = [float(np.mean(on_same[name])) for name in names]
-    on_others = [
-        float(np.mean([percent(part, name) for part in printed.values()])) for name in names
+    mounted = {
+        label: [intervals(parts.values(), name) for name in names]
+        for label, parts in (("mounted once", once), ("mounted anew", anew))
+    }
+    on_prints = {
+        "same drums": [[_on_bumps(part, name) for part in same.values()] for name in names],
+        "printed anew": [intervals(printed.values(), name) for name in names],
+    }
+    columns = (*mounted.values(), *on_prints.values())
+    rows += [
+        [f"`{name}`", *map(shown, of_model)]
+        for name, *of_model in zip(names, *columns, strict=True)
     ]
-    bars(axes[1], names, {"same drums": on_these, "printed anew": on_others})
+    figure, axes = plt.subplots(1, 2, figsize=(11, 3.4), layout="constrained")
+    bars(axes[0], names, mounted)
+    bars(axes[1], names, on_prints, textures=(12,))
     save(number, figure)
-    write(number, "Shear, pattern or vibration", {**usual, **anew, **same, **printed}, rows)
+    write(number, "Shear, pattern or vibration", {**once, **anew, **same, **printed}, rows)
 
 
-def _on_bumps(part: Mapping[str, Any], model: str) -> float:
-    """Return a model's accuracy, percent, on all drums but the smooth one."""
+def _on_bumps(part: Mapping[str, Any], model: str) -> Interval:
+    """Return a model's accuracy on all drums but the smooth one, with its interval over these."""
     by = part["models"][model]["nested"]["by_texture"]
-    return 100 * float(np.mean([share for texture, share in by.items() if texture != "0"]))
+    each = [100 * share for texture, share in by.items() if texture != "0"]
+    mean, half = float(np.mean(each)), rig.half_width(each)
+    return mean, max(0, mean - half), min(100, mean + half)
 
 
 def _slow(number: int) -> None:
@@ -425,11 +452,12 @@ def _slow(number: int) -> None:
     models = list(next(iter(without.values()))["models"])
     both = [list(parts.values()) for parts in (without, with_5)]
     rows = [["model", *labels]]
-    rows += [[f"`{m}`", *(each_with_interval(parts, m) for parts in both)] for m in models]
     groups = {
-        label: [float(np.mean([percent(part, model) for part in parts])) for model in models]
+        label: [intervals(parts, model) for model in models]
         for label, parts in zip(labels, both, strict=True)
     }
+    columns = zip(models, *groups.values(), strict=True)
+    rows += [[f"`{model}`", *map(shown, each)] for model, *each in columns]
     figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     bars(ax, models, groups)
     save(number, figure)
