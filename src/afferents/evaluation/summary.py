@@ -147,6 +147,7 @@ def constant_answer(predictions: pd.DataFrame) -> float:
     """
     group = column_of(predictions)
     recordings = predictions.drop_duplicates([group, "recording"])
+    recordings = recordings.reset_index(drop=True)  # crosstab aligns by label
     shares = pd.crosstab(recordings[group], recordings["true_texture"], normalize="index")
     return float(shares.mean().max())
 
