@@ -232,13 +232,15 @@ def bars(
     """Draw a group of bars a model: means over sessions, and each session with its interval."""
     colours, width = (BLUE, VERMILION, GREEN), 0.8 / len(groups)
     for n, (label, of_models) in enumerate(groups.items()):
-        place = np.arange(len(names)) + (n - (len(groups) - 1) / 2) * width
-        means = [float(np.mean([mean for mean, _, _ in each])) for each in of_models]
-        ax.bar(place, means, width, label=label, color=colours[n])
-        for x, each in zip(place, of_models, strict=True):
-            at = x + width / 4 * (np.arange(len(each)) - (len(each) - 1) / 2)
-            mean, low, high = np.array(each).T
-            ax.errorbar(at, mean, [mean - low, high - mean], fmt=".", ms=2, lw=0.8, color="black")
+        places = np.arange(len(names)) + (n - (len(groups) - 1) / 2) * width
+        there = [(x, np.array(each)) for x, each in zip(places, of_models, strict=True) if each]
+        at, means = zip(*((x, each[:, 0].mean()) for x, each in there), strict=True)
+        ax.bar(at, means, width, label=label, color=colours[n])
+        for x, each in there:
+            beside = x + width / 4 * (np.arange(len(each)) - (len(each) - 1) / 2)
+            mean, low, high = each.T
+            way = [mean - low, high - mean]
+            ax.errorbar(beside, mean, way, fmt=".", ms=2, lw=0.8, color="black")
     ax.set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
     for n_textures in textures:
         ax.axhline(100 / n_textures, color=GREY, lw=0.7, ls="--")

@@ -127,6 +127,8 @@ def test_who_always_names_one_texture():
     assert constant_answer(predictions(rows)) == 0.5
     more = predictions([*rows, (10, "c/10", "b", 1, 0), (20, "c/20", "b", 1, 0)])
     assert constant_answer(more) == pytest.approx(2 / 3)
+    more.index = pd.Index([0] * len(more))  # as the tables of folds are joined
+    assert constant_answer(more) == pytest.approx(2 / 3)
 
 
 def test_reliability_by_hand():
