@@ -215,8 +215,10 @@ def write_tables() -> None:
         if images := _found("images-remounted"):
             rows = _remounted(nested, images["images-remounted"])
             _write("rig-remounted", "Images, mounted anew", {**nested, **images}, rows)
-    if vibration := _found("nested-S11", *(f"vibration-{name}" for name in (*CAUSES, "paper"))):
+    if vibration := _found("nested-S11", *(f"vibration-{name}" for name in CAUSES)):
         _write("rig-vibration", "What real spectra lack", vibration, _vibration(vibration))
+    if recipe := _found("vibration-paper"):
+        _write("rig-vibration-paper", "The paper's recipe", recipe, _vibration(recipe))
     stresses = _found("ours-noise", *(f"ours-{name}" for name in STRESSES))
     if ours and stresses:
         found = {**ours, **stresses}
