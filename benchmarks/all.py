@@ -33,7 +33,6 @@ SHORT = {
 """Arguments that make each short."""
 LEFT_OUT = {
     "evaluate_memory": "takes ten minutes and 5 GB",
-    "keras_speed": "is run by `training_speed.py --keras PYTHON`; that Python has TensorFlow",
     "many_recordings": "takes an hour and more",
     "object_storage": "needs a server and packages that nothing else needs",
 }

@@ -1,23 +1,19 @@
 """Training samples a second of the three networks, in the loop that `evaluate` uses.
 
-    python benchmarks/training_speed.py [--repeats 3] [--keras PYTHON]
+    python benchmarks/training_speed.py [--repeats 3]
 
 Random samples of the published shapes, 13 textures, batches of 64: shuffling, gathering, forward,
 backward, Adam, and after every epoch a validation on an eighth as many samples. As `evaluate`
 does, as many processes of one thread as there are cores train a fold each; their rates are added
-up. With --keras, an interpreter that has Keras and TensorFlow, the same networks run in Keras'
-`fit` with all cores, in float32 as the authors ran them, and in bfloat16 where ours do; all ways
-take turns. Prints tables in Markdown.
+up. All ways take turns. Prints tables in Markdown.
 """
 
 import argparse
 import platform
 import statistics
-import subprocess
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -59,34 +55,24 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--keras", help="a Python that has Keras and TensorFlow")
     arguments = parser.parse_args()
     precision: Precision = "bfloat16" if has_bfloat16(device()) else "float32"
     print(f"{machine()}, {precision}\n\nMedian of {arguments.repeats}.\n")
     print(
-        "| network | one process, samples/s | a process a core, samples/s | times one | Keras, "
-        "samples/s | times Keras | Keras in bfloat16, samples/s | times that | share of matrix "
-        "products | loop over bare step |\n" + "|---" * 10 + "|"
+        "| network | one process, samples/s | a process a core, samples/s | times one "
+        "| share of matrix products | loop over bare step |\n" + "|---" * 6 + "|"
     )
     for case in CASES:
         rates = defaultdict(list)
         for _ in range(arguments.repeats):
             rates["one"].append(side_by_side_rate(case, precision, 1))
             rates["all"].append(side_by_side_rate(case, precision, cpu_count()))
-            if arguments.keras:
-                rates["keras"].append(keras_rate(arguments.keras, case, "float32"))
-                if precision == "bfloat16":
-                    rates["mixed"].append(keras_rate(arguments.keras, case, "mixed_bfloat16"))
             for name, rate in bare_rates(case, precision).items():
                 rates[name].append(rate)
-        median = defaultdict(
-            lambda: float("nan"), {k: statistics.median(v) for k, v in rates.items()}
-        )
+        median = {name: statistics.median(each) for name, each in rates.items()}
         print(
             f"| {case.network} | {median['one']:.0f} | {median['all']:.0f} "
-            f"| {median['all'] / median['one']:.2f} | {median['keras']:.0f} "
-            f"| {median['all'] / median['keras']:.2f} | {median['mixed']:.0f} "
-            f"| {median['all'] / median['mixed']:.2f} | {median['one'] / median['ceiling']:.2f} "
+            f"| {median['all'] / median['one']:.2f} | {median['one'] / median['ceiling']:.2f} "
             f"| {median['step'] / median['loop']:.2f} |",
             flush=True,
         )
@@ -184,15 +170,6 @@ def synchronise() -> None:
     """Wait for the GPU, where there is one."""
     if torch.cuda.is_available():
         torch.cuda.synchronize()
-
-
-def keras_rate(python: str, case: Case, policy: str) -> float:
-    """Let another interpreter fit the same network with Keras."""
-    script = Path(__file__).with_name("keras_speed.py")
-    sizes = (case.batches, BATCH * case.batches // 8, EPOCHS)
-    command = [python, str(script), case.encoding, *map(str, sizes), policy]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return float(done.stdout.split()[-1])
 
 
 def device() -> torch.device:
