@@ -85,9 +85,8 @@ def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
     """Return weight and centroid of the window round (x, y).
 
     Four rows at a time are added to the sums of their columns, and these to sums of their own,
-    which gives the moment in y without a product: sum_r (n - r) w_r. Rows and columns up to the
-    next multiple of 4 and 16 are read too, which costs less than to leave them out: such
-    columns are dropped at the end, such rows lie between the discs.
+    which gives the moment in y without a product: sum_r (n - r) w_r. Columns up to the next
+    multiple of 16 are read too, which costs less than to leave them out, and dropped at the end.
     """
     if not (0 <= x < width and 0 <= y < height):
         return 0.0, x, y
@@ -104,8 +103,6 @@ def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
         return 0.0, x, y
     wide = min((n + _LANES - 1) // _LANES * _LANES, width - first)
     fours = rows // 4
-    if rows % 4 and above + 4 * (fours + 1) <= height:
-        fours += 1
     for j in range(wide):
         columns[j] = 0
         lower[j] = 0
@@ -139,7 +136,7 @@ def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
         wy += lower[j]
     if weight <= 0:
         return 0.0, x, y
-    return weight / most, first + wx / weight, above + max(4 * fours, rows) - wy / weight
+    return weight / most, first + wx / weight, above + rows - wy / weight
 
 
 @_fast_kernel
