@@ -15,8 +15,7 @@ from afferents.markers.sensor import Sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
-from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.video import open_video
+from afferents.recordings.layouts import AUDIO, VIDEO, session_around, video_of
 
 # Camera and microphone feel the same skin. What presses on the microphone below 40 Hz is very
 # nearly a linear function of where the skin's main motions are. The microphone does not pass it on
@@ -217,8 +216,9 @@ def align(folders: Sequence[Path], sensor: Sensor, progress: Progress) -> Alignm
 
 
 def _offset(folder: Path, sensor: Sensor) -> Offset:
-    tracks = track_markers(open_video(folder / VIDEO), sensor)
-    audio = WavFile(folder / AUDIO)
+    declared, own_hz = session_around(folder / VIDEO)
+    tracks = track_markers(video_of(folder / VIDEO, declared, own_hz), sensor)
+    audio = WavFile(folder / AUDIO, declared.channel)
     felt = tracks.isel({dims.TIME: slice(sensor.rest_frame, None)})
     try:
         return measure_offset(

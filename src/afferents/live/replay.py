@@ -224,7 +224,10 @@ class RigShow:
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
-        self._rig = rig or Rig()
+        rig = rig or Rig()
+        self._rig = rig.model_copy(
+            update={"drum": rig.drum.model_copy(update={"prints": seed})}
+        )  # the drums of the seed's session
         self._folder = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )
@@ -253,7 +256,7 @@ class RigShow:
             for n in (number, number + 1):
                 if n not in self._runs:
                     where = self._folder_of(n)
-                    asked = (self._rig, where, self.drawn(n), self._run_s, self._seed + n)
+                    asked = (self._rig, where, self.drawn(n), self._run_s, self._seed, n + 1)
                     self._runs[n] = self._process.apply_async(_recorded, asked)
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
@@ -276,10 +279,10 @@ class RigShow:
         return Path(self._folder.name) / f"{number}"
 
 
-def _recorded(rig: Rig, folder: Path, run: Run, seconds: float, seed: int) -> Path:
-    """Record a run in a process of its own."""
+def _recorded(rig: Rig, folder: Path, run: Run, seconds: float, seed: int, again: int) -> Path:
+    """Record a run in a process of its own: mounted as the seed's session, but none of its runs."""
     surface = bumped_surface(float(run.texture), rig.drum)
-    record(rig, folder, run.texture, surface, run.speed_mm_s, seconds, seed)
+    record(rig, folder, run.texture, surface, run.speed_mm_s, seconds, seed, again=again)
     return folder
 
 

@@ -370,10 +370,10 @@ class VideoStream(SensorStream):
         """Tell whether a frame is the last once more; count those missing before it."""
         last = self._last_s
         periods = 1.0 if last is None else (time_s - last) * self.rate_hz
-        if periods < DOUBLED:
+        if -MISSING < periods < DOUBLED:
             return True
-        if periods > MISSING:
-            self.counters.dropped += round(periods) - 1
+        if not 0 < periods <= MISSING:  # frames are missing, or the clock was put back
+            self.counters.dropped += max(0, round(periods) - 1)
             self.skip()
         else:
             self._step += (periods - self._step) / self.rate_hz

@@ -56,7 +56,7 @@ class DeviceSource(ABC):
             self._opened.close()
 
     def events(self) -> Iterator[Event]:
-        """Yield what it gives; `Trouble` when it vanishes, comes back, or gives too little."""
+        """Yield what it gives; `Trouble` when it vanishes or gives too little."""
         now_s, self._running, is_open = 0.0, True, True
         try:
             while not self._closed:

@@ -19,13 +19,8 @@ from afferents.live.sensors import Camera, Microphone
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
-from afferents.recordings.layouts import AUDIO, VIDEO, video_in, video_of
-from afferents.recordings.session_file import (
-    SESSION_FILE,
-    SESSION_TOML,
-    SessionFile,
-    session_file,
-)
+from afferents.recordings.layouts import AUDIO, VIDEO, session_around, video_in, video_of
+from afferents.recordings.media import is_image_folder
 from afferents.rig.config import Rig
 from afferents.rig.sensor_rig import rig_of
 from afferents.store.recording import Video
@@ -137,21 +132,15 @@ def _parted(source: str) -> tuple[str, str]:
 def _clip(name: str) -> Video:
     """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
     path = Path(name)
-    path = (video_in(path) if path.is_dir() else None) or recorded(path, VIDEO)
-    return video_of(path, _declared(path))
+    if not is_image_folder(path):
+        path = (video_in(path) if path.is_dir() else None) or recorded(path, VIDEO)
+    declared, own_hz = session_around(path)
+    return video_of(path, declared, own_hz)
 
 
 def _wav(path: Path) -> WavFile:
     """Return the sensor's channel, as its session says; else the last."""
-    return WavFile(path, _declared(path).channel)
-
-
-def _declared(path: Path) -> SessionFile:
-    """Return what the session says in which a file lies; where there is none, no channel."""
-    for folder in path.absolute().parents:
-        if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
-            return session_file(folder)
-    return SessionFile(sensor_channel=None)
+    return WavFile(path, session_around(path)[0].channel)
 
 
 def _camera(name: str, wanted: Wanted, exposure_ms: float | None) -> Camera:

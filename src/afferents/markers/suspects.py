@@ -179,6 +179,8 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
     off = meet(np.stack([column[kept], row[kept]], axis=1)) - position[kept]
     gate = GATE_SHARE * spacing_px(position)
     kept = kept[np.hypot(*off.T) <= gate]
+    if not len(kept):  # no grid at all, which is said where places are given
+        return position
     # What was left out bends the rows and columns no longer, nor is it counted as one of its own.
     meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
     first = np.array([column[kept].min(), row[kept].min()])

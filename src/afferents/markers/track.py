@@ -136,8 +136,11 @@ class Tracker:
         ------
         InputError
             If this is the first frame, no rest positions were given, and it does not show the
-            markers that the sensor file declares.
+            markers that the sensor file declares; if the image is not grey.
         """
+        if image.ndim != 2:
+            found = f"one of shape {image.shape}"
+            raise InputError(f"image: expected a grey one, (height, width), found {found}")
         if self._expected is None:
             return self._find(image)
         if self.method == "windowed":

@@ -25,9 +25,11 @@ def to_neo(spikes: Spikes) -> Any:
     """
     neo = import_extra("neural", "to_neo", "neo", "quantities")
     block = neo.Block(name="afferents")
+    block.annotate(units=[str(unit) for unit in spikes.units.index])
     for t, trial in enumerate(spikes.trials.to_dict("records")):
         about = {str(name): value for name, value in trial.items()}
-        segment = neo.Segment(name=f"trial {t}", index=t, **about)
+        segment = neo.Segment(name=f"trial {t}", index=t)
+        segment.annotate(**about)
         for u in np.flatnonzero(spikes.recorded[t]):
             unit = spikes.units.iloc[int(u)]
             segment.spiketrains.append(
@@ -73,6 +75,8 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
         trials.append({"duration_s": duration_s, **segment.annotations})
     if not units:
         raise InputError(f"{where}: expected segments with spike trains, found none")
+    ordered = [name for name in block.annotations.get("units", ()) if name in units]
+    units = {name: units[name] for name in (*ordered, *units)}
     trains = [[row.get(name) for name in units] for row in rows]
     return Spikes.from_trains(trains, pd.DataFrame(list(units.values())), trials, where)
 

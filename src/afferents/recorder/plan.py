@@ -209,7 +209,7 @@ class Entry:
 
     @property
     def seed(self) -> int:
-        """A number of its own."""
+        """A number of its own: which of the session's runs it is on the simulated rig."""
         return int.from_bytes(hashlib.sha256(self.name.encode()).digest()[:4], "big")
 
 

@@ -27,11 +27,12 @@ from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
 from afferents.errors import InputError
 from afferents.recorder.devices import SIMULATED, Clock, Devices
 from afferents.recorder.plan import Entry, Plan
-from afferents.rig.camera import Renderer, project
+from afferents.rig.camera import Renderer
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run, tap
 from afferents.rig.surface import bumped_surface
 
@@ -191,19 +192,20 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
     rests_s = n_rest / rig.camera.fps_hz
     surface = bumped_surface(float(_spacing(entry.texture)), rig.drum)
     seconds = plan.total_s - rests_s - tapped_s + _SPARE_S
-    run = simulate_run(rig, entry.texture, surface, entry.speed_mm_s, seconds, entry.seed)
+    texture, speed, which = entry.texture, entry.speed_mm_s, (plan.seed, entry.seed)
+    run = simulate_run(rig, texture, surface, speed, seconds, *which)
     time = [(np.arange(n_rest) + 0.5) / rig.camera.fps_hz]
     place = [np.repeat(run.position_mm[:1], n_rest, axis=0)]
     sound = [np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))]
     parts = [(rests_s + tapped_s, run)]
     if tapped_s:
-        taps = tap(rig, entry.texture, entry.speed_mm_s, tapped_s, TAPS_S, entry.seed)
+        taps = tap(rig, texture, speed, tapped_s, TAPS_S, *which)
         parts.insert(0, (rests_s, taps))
     for begin_s, part in parts:
         time.append(begin_s + part.time_s)
         place.append(part.position_mm)
         sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
-    position = project(np.concatenate(place), rig.camera)
+    position = filmed_positions(rig, np.concatenate(place), texture, speed, *which)
     renderer = Renderer(rig.camera, entry.seed)
     before = (len(position) - len(run.time_s), 0)
     way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum

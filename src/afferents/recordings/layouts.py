@@ -16,7 +16,14 @@ from afferents.recordings.media import (
     media_in,
     named,
 )
-from afferents.recordings.session_file import ListedRecording, SessionFile, require_label
+from afferents.recordings.session_file import (
+    SESSION_FILE,
+    SESSION_TOML,
+    ListedRecording,
+    SessionFile,
+    require_label,
+    session_file,
+)
 from afferents.recordings.video import VideoFile
 from afferents.store.recording import Recording, Video
 
@@ -120,6 +127,20 @@ def video_of(path: Path, declared: SessionFile, own_hz: float | None = None) -> 
             f"into {declared.file}"
         )
     return ImageFolder(path, fps_hz)
+
+
+def session_around(path: Path) -> tuple[SessionFile, float | None]:
+    """Return what the session says in which a video or sound lies, and the video's own rate, Hz.
+
+    Where there is no session, no channel; where it names no rate for this video, no rate.
+    """
+    path = path.absolute()
+    for folder in path.parents:
+        if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
+            declared = session_file(folder)
+            own = (r.fps_hz for r in declared.recordings if path == folder / (r.video or ""))
+            return declared, next(own, None)
+    return SessionFile(sensor_channel=None), None
 
 
 def reference_in(recording: Recording) -> Video | None:

@@ -52,7 +52,8 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
     for r in recordings:
         if r.speed_mm_s is not None:
             folders = [] if declared.recordings else r.name.split("/")[1:2]
-            speeds.add(((folders or [f"{r.speed_mm_s:g}"])[0], r.speed_mm_s))
+            name = (folders or [f"{r.speed_mm_s:g}"])[0]
+            speeds.add((name.lstrip("+-"), r.speed_mm_s))  # a sign says a direction
     require_distinct(root, (r.texture for r in recordings), speeds)
     if not declared.recordings:
         _require_no_holes(root, recordings, declared)

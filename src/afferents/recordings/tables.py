@@ -96,6 +96,8 @@ class Files(StrictForm):
 
     @model_validator(mode="after")
     def _says_what_is_needed(self) -> Self:
+        if any(Path(folder).is_absolute() for folder in self.folders):
+            raise ValueError("folders from that of the description on, such as ../data")
         if bool(self.pattern) == bool(self.regex):
             raise ValueError("either a pattern or a regex")
         try:

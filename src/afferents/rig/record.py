@@ -20,7 +20,7 @@ from afferents.rig.camera import Camera, Renderer, project
 from afferents.rig.config import Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.microphone import write_wav
-from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate_run
+from afferents.rig.run import CAMERA, MARKERS, Simulated, others_of, random_of, simulate_run
 from afferents.rig.surface import Surface
 from afferents.store.drum_path import CONTACT_MM, DRIVE, MARK, Drum
 from afferents.store.log import write_log
@@ -79,6 +79,7 @@ def record(
     seconds: float,
     seed: int,
     reference: bool = False,
+    again: int = 0,
 ) -> None:
     """Run a drum at a speed and write the recording, whole or not at all.
 
@@ -89,6 +90,8 @@ def record(
     reference
         Whether the clip of the skin at rest is written beside it, as in the published session's
         first folder.
+    again
+        As of `simulate_run`.
 
     Raises
     ------
@@ -102,23 +105,23 @@ def record(
             f"--seconds: expected more than {STEADY_S:g}, when the speed is steady, found "
             f"{seconds:g}"
         )
-    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed)
+    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
-    filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed)
+    filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed, again)
     with write_aside(folder, RECORDED) as partial:
         partial.mkdir()
         if reference:
             still = round(REFERENCE_S * rig.camera.fps_hz)
             write_film(
                 partial / REFERENCE,
-                _frames(rig, run.time_s, filmed_px, still, seed, "rest", 1),
+                _frames(rig, run.time_s, filmed_px, still, seed, again, "rest", 1),
                 rig.camera,
             )
         n = len(run.time_s)
         write_film(
             partial / VIDEO,
-            _frames(rig, run.time_s, filmed_px, n, seed, texture, speed_mm_s),
+            _frames(rig, run.time_s, filmed_px, n, seed, again, texture, speed_mm_s),
             rig.camera,
         )
         write_wav(partial / AUDIO, run.room, run.sensor)
@@ -132,11 +135,12 @@ def _frames(
     position_px: NDArray[np.float64],
     n: int,
     seed: int,
+    again: int,
     texture: str,
     speed_mm_s: float,
 ) -> Iterator[tuple[float, GreyImage]]:
     """Draw the first n frames, one at a time."""
-    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, rig.mounting.indentation_mm)
+    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, others_of(rig, seed, again))
     noise = int(of_camera.integers(2**31))
     renderer = Renderer(rig.camera, noise)
     for i in range(n):
@@ -144,14 +148,19 @@ def _frames(
 
 
 def filmed_positions(
-    rig: Rig, position_mm: NDArray[np.float64], texture: str, speed_mm_s: float, seed: int
+    rig: Rig,
+    position_mm: NDArray[np.float64],
+    texture: str,
+    speed_mm_s: float,
+    seed: int,
+    again: int = 0,
 ) -> NDArray[np.float64]:
     """Return where the pins appear in the picture, (n_frames, n_nodes, 2), px: with the noise."""
     camera = rig.camera
     true_px = project(position_mm, camera)
     unequal = np.random.default_rng(_TIP).standard_normal(true_px.shape[1])
     size = camera.marker_noise_px * np.exp(camera.marker_unequal * unequal)
-    rng = random_of(seed, texture, speed_mm_s, MARKERS, rig.mounting.indentation_mm)
+    rng = random_of(seed, texture, speed_mm_s, MARKERS, others_of(rig, seed, again))
     return np.asarray(true_px + rng.standard_normal(true_px.shape) * size[:, None])
 
 

@@ -87,7 +87,7 @@ def random_of(
     texture: str | None,
     speed_mm_s: float | None,
     use: int,
-    depth_mm: float = Mounting().indentation_mm,
+    others: Sequence[int] = (),
 ) -> np.random.Generator:
     """Return a generator that depends on nothing but the seed, its use, and its level.
 
@@ -95,28 +95,44 @@ def random_of(
     ----------
     texture, speed_mm_s
         Of a run. None for both is for the session, None for the speed for all runs of a drum.
-    depth_mm
-        How deep the rig presses: a run at another depth is another run.
+    others
+        What makes it another run or drum, see `others_of`.
     """
     words = [seed, use]
     if texture is not None:
         words.append(zlib.crc32(texture.encode()))
     if speed_mm_s is not None:
         words.append(round(1000 * speed_mm_s))
-    if depth_mm != Mounting().indentation_mm:
-        words.append(round(1000 * depth_mm))
-    return np.random.default_rng(words)
+    return np.random.default_rng([*words, *others])
+
+
+def others_of(rig: Rig, seed: int, again: int = 0) -> list[int]:
+    """Return what makes a run of a drum at a speed another one: depth, print, and which time.
+
+    Nothing for the usual depth, the print of the seed's number, and the first time.
+    """
+    words = []
+    if rig.mounting.indentation_mm != Mounting().indentation_mm:
+        words.append(round(1000 * rig.mounting.indentation_mm))
+    if rig.drum.prints != seed:
+        words += [_PRINT, rig.drum.prints]
+    if again:
+        words += [_AGAIN, again]
+    return words
 
 
 _MOUNTING, _MATERIAL, _RUN_OUT, _RUN, _DRIVE, _SOUND, CAMERA, MARKERS, TAPS = range(9)
+_PRINT, _AGAIN = 1, 2
 
 
-def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
+def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -> Drawn:
     """Draw what differs between runs: each quantity at its level.
 
     Once a session: the fingertip's mounting (tilt, place, depth; or as `Mounting.remount` says) and
     the friction of its material. Once a drum: run-out. For each run: the angle at which the drum
     starts, since it stopped anywhere after the run before; friction's change; the clocks' offset.
+    What is drawn for each run is drawn anew at another depth, on another print and the next time
+    (`again`), and run-out on another print.
 
     Raises
     ------
@@ -126,10 +142,13 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
     mount = rig.mounting
     run = (texture, speed_mm_s)
     levels = {"session": (None, None), "drum": (texture, None), "run": run}
-    of_mounting = random_of(seed, *levels[mount.remount], _MOUNTING)
+    others = others_of(rig, seed, again)
+    once = mount.remount == "session"
+    of_mounting = random_of(seed, *levels[mount.remount], _MOUNTING, () if once else others)
     of_material = random_of(seed, None, None, _MATERIAL)
-    of_drum = random_of(seed, texture, None, _RUN_OUT)
-    of_run = random_of(seed, *run, _RUN, mount.indentation_mm)
+    of_print = [rig.drum.prints] if rig.drum.prints != seed else []
+    of_drum = random_of(seed, texture, None, _RUN_OUT, of_print)
+    of_run = random_of(seed, *run, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     depth_mm = mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm))
@@ -153,7 +172,13 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
 
 
 def simulate_run(
-    rig: Rig, texture: str, surface: Surface, speed_mm_s: float, seconds: float, seed: int
+    rig: Rig,
+    texture: str,
+    surface: Surface,
+    speed_mm_s: float,
+    seconds: float,
+    seed: int,
+    again: int = 0,
 ) -> Simulated:
     """Run a drum at a speed.
 
@@ -163,14 +188,16 @@ def simulate_run(
         The drum's; what nodules feel of it is worked out here.
     seconds
         Length of the video; the audio is as long.
+    again
+        Which time the same drum turns at the same speed under the same mounting.
 
     Raises
     ------
     InputError
         If the constants make the steps unstable, or the run comes out as no numbers.
     """
-    drawn = draw(rig, texture, speed_mm_s, seed)
-    depth_mm = rig.mounting.indentation_mm
+    drawn = draw(rig, texture, speed_mm_s, seed, again)
+    others = others_of(rig, seed, again)
     check_step(rig)
     turning = turn(
         speed_mm_s,
@@ -181,11 +208,11 @@ def simulate_run(
         drawn.run_out_mm,
         rig.mounting.contact_at_rest,
         PHYSICS_RATE_HZ,
-        random_of(seed, texture, speed_mm_s, _DRIVE, depth_mm),
+        random_of(seed, texture, speed_mm_s, _DRIVE, others),
     )
-    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, depth_mm)
+    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, others)
     time = frame_times(rig, seconds, of_camera)
-    rng = random_of(seed, texture, speed_mm_s, _SOUND, depth_mm)
+    rng = random_of(seed, texture, speed_mm_s, _SOUND, others)
     return _recorded(rig, drawn, surface, turning, time, seconds, rng)
 
 
@@ -327,13 +354,19 @@ WIDTH_S = 0.1
 
 
 def tap(
-    rig: Rig, texture: str, speed_mm_s: float, seconds: float, at_s: Sequence[float], seed: int
+    rig: Rig,
+    texture: str,
+    speed_mm_s: float,
+    seconds: float,
+    at_s: Sequence[float],
+    seed: int,
+    again: int = 0,
 ) -> Simulated:
     """Tap the fingertip at some times, before a run of a drum.
 
     Parameters
     ----------
-    texture, speed_mm_s, seed
+    texture, speed_mm_s, seed, again
         Of the run that follows: the mounting is drawn from them.
     seconds
         How long it lasts.
@@ -348,9 +381,10 @@ def tap(
     # Where the microphone is: the rim is pressed late, or not at all, by what meets the middle.
     towards = -rig.microphone.y_mm / rig.skin.tip_radius_mm
     sooner_mm = rig.microphone.y_mm**2 / (2 * rig.skin.tip_radius_mm)  # than the middle is met
-    drawn = draw(rig, texture, speed_mm_s, seed)
+    drawn = draw(rig, texture, speed_mm_s, seed, again)
     drawn = drawn._replace(tilt_rad=(0.0, towards), clock_offset_s=0.0)
-    rng = random_of(seed, texture, speed_mm_s, TAPS)
+    others = others_of(rig, seed, again)
+    rng = random_of(seed, texture, speed_mm_s, TAPS, others)
     time = (np.arange(round((seconds + SPARE_S) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)
     for at in at_s:
@@ -360,6 +394,6 @@ def tap(
         pressed = np.maximum(pressed, share * (_OFF_MM + deepest) - _OFF_MM)
     still = np.zeros(len(time))
     turning = Turning(time, still + drawn.start_rad, still, pressed)
-    frames = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))
+    frames = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA, others))
     smooth = bumped_surface(0.0, rig.drum)
     return _recorded(rig, drawn, smooth, turning, frames, seconds, rng)

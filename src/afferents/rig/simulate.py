@@ -28,10 +28,11 @@ from afferents.progress import Progress
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
-from afferents.rig.record import AUDIO, TRUTH, VIDEO, record
+from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
-from afferents.store.recording import RecordingSet, require_distinct
+from afferents.store.drum_path import DRIVE
+from afferents.store.recording import LETTERS, RecordingSet, require_distinct
 
 if TYPE_CHECKING:
     from afferents.markers.sensor import Sensor
@@ -134,7 +135,9 @@ def _told(path: Path) -> Simulation:
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
     """Tell whether a run is there with all its files; one that lost some is recorded again."""
     folder = _folder(simulation, texture, speed_mm_s)
-    files = (folder / name for name in (VIDEO, AUDIO, TRUTH))
+    first = (texture, speed_mm_s) == simulation.names[0]
+    names = (VIDEO, AUDIO, TRUTH, DRIVE, *((REFERENCE,) if first else ()))
+    files = (folder / name for name in names)
     return all(path.is_file() and path.stat().st_size for path in files)
 
 
@@ -212,6 +215,13 @@ def _seal(simulation: Simulation) -> None:
     write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})
 
 
+def _names_in(textures: Iterable[str]) -> list[str]:
+    """Return the names of textures; a text is letters, or names separated by commas."""
+    if isinstance(textures, str) and not set(textures) <= set(LETTERS):
+        return textures.split(",")
+    return list(textures)
+
+
 def simulate(
     session: Place,
     preset: Size = "quick",
@@ -239,7 +249,8 @@ def simulate(
     preset
         Of 10 speeds: ``quick``, 8 s each, or ``paper``, 65 s each.
     textures
-        Letters a to m, bump spacings in mm, or names of height maps.
+        Letters a to m, bump spacings in mm, or names of height maps, in a row or separated by
+        commas in a text; letters may stand without commas.
     speeds_mm_s, seconds
         Instead of the preset's.
     seed
@@ -289,7 +300,7 @@ def simulate(
     given = sensor_in(sensor)
     with Progress(quiet) as progress:
         wanted = simulation_of(
-            Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
+            Path(session), preset, _names_in(textures), speeds, seconds, height_maps, nuisances,
             remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules,
         )  # fmt: skip
         simulate_session(wanted, workers, progress, cluster)

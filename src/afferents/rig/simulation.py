@@ -1,5 +1,7 @@
 """What is simulated in a session: drums, speeds, length, and the rig, as a user's words say."""
 
+import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -73,11 +75,23 @@ class Simulation:
             "seed": self.seed,
             "rig": self.rig.model_dump(mode="json"),
             **({"conditions": dict(self.conditions)} if self.conditions else {}),
+            **({"height_maps": self._maps()} if self.height_maps else {}),
             RUNS: runs,
             "versions": {
                 "afferents": __version__,
                 **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
             },
+        }
+
+    def _maps(self) -> dict[str, dict[str, Any]]:
+        """Return what tells each height map from others, as it lies round the drum."""
+        return {
+            name: {
+                "sha256": hashlib.sha256(surface.height_mm.tobytes()).hexdigest(),
+                "highest_mm": round(float(surface.height_mm.max()), 6),
+                "length_mm": round(surface.length_mm, 6),
+            }
+            for name, surface in sorted(self.height_maps.items())
         }
 
 
@@ -189,20 +203,23 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     InputError
         If a strength is no number, or ``hard`` has one.
     """
-    strengths: dict[str, float | None] = {}
+    groups: dict[str, float | None] = {}
+    single: dict[str, float | None] = {}  # what is said of one counts, wherever it stands
     for word in text.split(","):
         name, _, strength = word.strip().partition("=")
         if name == "hard" and strength:
             raise InputError(f"--nuisances: expected 'hard' without a strength, found '{word}'")
         try:
-            named = dict.fromkeys(NUISANCES if name in ("all", "hard") else [name])
-            strengths |= {n: float(strength) for n in named} if strength else named
-            strengths |= HARD if name == "hard" else {}
+            value = float(strength) if strength else None
         except ValueError:
-            raise InputError(
-                f"--nuisances: expected NAME or NAME=STRENGTH, found '{word}'"
-            ) from None
-    return {name: value for name, value in strengths.items() if name != "none"}
+            value = math.nan
+        if value is not None and not math.isfinite(value):
+            raise InputError(f"--nuisances: expected NAME or NAME=STRENGTH, found '{word}'")
+        if name in ("all", "hard"):
+            groups |= dict.fromkeys(NUISANCES, value) | (HARD if name == "hard" else {})
+        elif name != "none":
+            single[name] = value
+    return groups | single
 
 
 def run_name(texture: str, speed_mm_s: float) -> str:

@@ -213,6 +213,8 @@ def mapped_surface(
         the drum is round.
     """
     drum = drum or Drum()
+    if (kind := np.asarray(height_mm).dtype).kind not in "biuf":
+        raise InputError(f"a height map: expected numbers, found {kind}")
     height = np.asarray(height_mm, np.float32)
     if height.ndim != 2 or min(height.shape) < 2 or not np.isfinite(height).all():
         raise InputError(

@@ -90,6 +90,15 @@ def test_a_camera_that_is_too_slow_gives_nothing_fresh(models, pictures, slower,
     assert (last.state == "stalled", last.counters.dropped) == (stalled, 0)
 
 
+def test_one_stamp_far_ahead_costs_a_run_and_no_more(models, pictures):
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+    pipeline.video.speed = math.inf
+    wrong = pictures[25]
+    late = wrong._replace(frame=wrong.frame._replace(time_s=wrong.frame.time_s + 20))
+    last = fed(pipeline, [*pictures[:25], late, *pictures[26:]])[-1]
+    assert (last.counters.doubled, last.state) == (0, "texture")
+
+
 def test_doubled_frames_change_nothing(seeing, models, pictures):
     twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
     again = LivePipeline.with_models([Network(models["ra-ste"])])

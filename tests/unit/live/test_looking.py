@@ -300,6 +300,16 @@ def test_a_replay_takes_the_video_and_the_rate_that_its_session_declares(tmp_pat
     assert (len(times_s), source.rate_hz) == (12, 45)
 
 
+def test_a_replay_takes_the_rate_that_the_list_names_for_it(tmp_path, make_video):
+    (tmp_path / "S").mkdir()
+    make_video(tmp_path / "S" / "clip.mkv", np.zeros(12))
+    listed = '[[recordings]]\nvideo = "clip.mkv"\ntexture = "silk"\nfps_hz = 120.0\n'
+    (tmp_path / "S" / "session.toml").write_text(listed)
+    wanted = Wanted(frozenset({"video"}))
+    (source,) = open_sources(f"replay:{tmp_path}/S/clip.mkv", None, wanted, speed=math.inf)
+    assert source.rate_hz == 120
+
+
 def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_video, tmp_path):
     clip = session / "2" / "40" / "video.mp4"
     small = tmp_path / "small.toml"

@@ -176,3 +176,33 @@ def test_markers_of_any_size_are_tracked(draw, video, free, radius):
     found = track_markers(video([draw(place, radius=radius) for place in places]), sensor)
     assert found[dims.DETECTED].all()
     np.testing.assert_allclose(found[dims.POSITION], places, atol=0.1)
+
+
+@pytest.mark.parametrize(("pitch_px", "radius_px"), [(11, 3.2), (11, 3.5), (10, 3.2), (14, 5.2)])
+def test_the_row_below_is_not_weighed_in(video, free, pitch_px, radius_px):
+    """Discs so near each other that four rows more of a window would reach the next."""
+    rest = np.stack(np.meshgrid(*2 * [60 + pitch_px * np.arange(8.0)]), -1).reshape(-1, 2)
+    places = [rest + 0.13 * t for t in range(9)]
+    limits = {"min_area_px2": 10.0, "max_area_px2": 200.0, "min_distance_px": 5.0}
+    sensor = free.model_copy(update={"detector": free.detector.model_copy(update=limits)})
+    found = track_markers(video([discs(place, radius_px) for place in places]), sensor)
+    assert found[dims.DETECTED].all()
+    off = found[dims.POSITION].values - places
+    assert np.sqrt((off[1:] ** 2).mean(axis=(0, 1))).max() < 0.03  # the first is that of blobs
+
+
+def discs(places, radius_px):
+    """Draw bright discs with edges as fine as grey levels are."""
+    fine = (np.arange(200 * 8) + 0.5) / 8 - 0.5
+    mask = np.zeros((len(fine), len(fine)), bool)
+    for x, y in places:
+        x0, y0 = (round(8 * (one - radius_px - 2)) for one in (x, y))
+        window = slice(y0, y0 + 120), slice(x0, x0 + 120)
+        mask[window] |= (fine[window[1]] - x) ** 2 + (fine[window[0], None] - y) ** 2 < radius_px**2
+    share = mask.reshape(200, 8, 200, 8).mean(axis=(1, 3))
+    return np.ascontiguousarray((30 + 190 * share).round().astype(np.uint8))
+
+
+def test_a_colour_frame_is_one_sentence(draw, square):
+    with pytest.raises(InputError, match=r"image: expected a grey one"):
+        Tracker(square).step(np.stack(3 * [draw(grid_3x4())], axis=-1))

@@ -48,6 +48,15 @@ def test_they_come_back_as_they_went_in(spikes):
     pd.testing.assert_frame_equal(found.trials[list(spikes.trials)], spikes.trials)
 
 
+def test_units_keep_their_order_and_trials_any_condition():
+    units = {"name": ["a", "b"], "class": ["SA", "RA"], "resolution_s": [0, 0]}
+    trials = {"texture": ["1", "2"], "duration_s": [1, 1], "name": ["dry", "wet"]}
+    trains = [[None, [0.5]], [[0.25], [0.1]]]
+    found = from_neo(to_neo(Spikes.from_trains(trains, units, trials)))
+    assert found.units.index.tolist() == ["a", "b"]
+    assert found.trials["name"].tolist() == ["dry", "wet"]
+
+
 def test_blocks_of_others():
     segment = neo.Segment(texture="silk")
     train = neo.SpikeTrain([1100.0], units="ms", t_start=1000.0, t_stop=2000.0, name="n")

@@ -151,6 +151,10 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
             {"{texture}_{speed}": "{texture}_{texture}_{speed}"},
             "a pattern with each name once",
         ),
+        (
+            {"pattern =": 'folders = ["/data"]\npattern ='},
+            "folders from that of the description on",
+        ),
         ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
         ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),
         ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),

@@ -63,6 +63,12 @@ def test_a_pattern_gives_ids_speeds_and_conditions(empty):
     assert [path.name for path in session.unused] == ["notes.avi"]
 
 
+def test_a_sign_of_a_speed_says_a_direction(empty):
+    names = [f"{texture}_{speed}.avi" for texture in ("felt", "silk") for speed in (20, -20)]
+    session = afferents.read_session(empty(names, 'pattern = "{texture}_{speed}.avi"\n'))
+    assert {r.speed_mm_s for r in session.recordings} == {20.0}
+
+
 def test_a_pattern_without_speed_and_with_sound(empty):
     root = empty(
         ["v/felt_low.mkv", "v/silk_low.mkv", "s/felt_low.wav", "s/silk_low.wav"],

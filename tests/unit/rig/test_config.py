@@ -58,6 +58,12 @@ def test_the_fingertip_is_mounted_when_asked_and_nothing_else_changes(remount):
         assert getattr(draw(rig, "3", 50, 0), name) == getattr(draw(Rig(), "3", 50, 0), name)
 
 
+def test_what_is_run_again_is_mounted_as_before_and_only_the_run_is_another():
+    first, again = (draw(Rig(), "3", 50, 0, n) for n in (0, 1))
+    same = {name for name in Drawn._fields if getattr(first, name) == getattr(again, name)}
+    assert same == {"indentation_mm", "tilt_rad", "lateral_mm", "run_out_mm"}
+
+
 def test_the_material_has_one_friction_and_runs_change_it_a_little():
     def logs(**strengths):
         rig = Rig().with_nuisances(strengths)

@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+import afferents
 from afferents.errors import InputError
 from afferents.progress import Progress
 from afferents.recordings.session import read_session
@@ -81,6 +82,15 @@ def test_a_finished_session_is_left_as_it_is(session):
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
+@pytest.mark.parametrize("name", ["drive.csv", "throw_away.mp4"])
+def test_a_run_that_lost_a_file_is_recorded_again(session, name):
+    lost = session / "0" / "50" / name
+    before = lost.read_bytes()
+    lost.unlink()
+    simulate(session)
+    assert lost.read_bytes() == before
+
+
 @pytest.mark.system
 def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     folder = tmp_path / "killed"
@@ -116,6 +126,8 @@ def test_nuisances_are_chosen_by_name_and_strength():
     assert stronger.mounting.tilt_rad == 0.05
     assert stronger.camera.noise_grey > 0
     assert set(NUISANCES) > {"mains", "tilt"}
+    for text in ("tilt=0.05,all", "tilt=0.05,hard"):
+        assert simulation_of("s", "quick", nuisances=text).rig.mounting.tilt_rad == 0.05
 
 
 def test_a_hard_rig_has_every_nuisance_no_weaker_than_its_own():
@@ -131,6 +143,13 @@ def test_a_height_map_is_a_texture(tmp_path):
     words = {"textures": (), "speeds_mm_s": (50.0,)}
     made = simulate(tmp_path / "s", height_maps=[f"waves={tmp_path}/waves.npy,12,0"], **words)
     assert [r.name for r in read_session(made).recordings] == ["waves/50"]
+    with pytest.raises(InputError, match=r"height_maps.waves"):
+        simulate(made, height_maps=[f"waves={tmp_path}/waves.npy,24,0"], **words)
+
+
+def test_a_text_names_textures_by_letters_or_between_commas(tmp_path):
+    with pytest.raises(InputError, match=r"found '77'"):
+        afferents.simulate(tmp_path / "s", textures="2.5,77", speeds_mm_s=[50], seconds=2)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +169,7 @@ def test_a_height_map_is_a_texture(tmp_path):
         ({"nuisances": "hard=2"}, r"expected 'hard' without a strength, found 'hard=2'"),
         ({"indentation_mm": 0.1, "seed": 6}, r"--indentation: expected a fingertip that touches"),
         ({"indentation_mm": 3.0}, r"--indentation: expected more than 0 and at most 2 mm"),
+        ({"nuisances": "tilt=inf"}, r"--nuisances: expected NAME or NAME=STRENGTH.*'tilt=inf'"),
         ({"nuisances": "tilt=much"}, r"--nuisances: expected NAME or NAME=STRENGTH.*'tilt=much'"),
         (
             {"height_maps": ["x"]},
@@ -181,6 +201,26 @@ def test_at_another_depth_the_mounting_is_the_same_and_the_run_another():
     assert deep["tilt_rad"] == usual["tilt_rad"]
     assert deep["indentation_mm"] == pytest.approx(usual["indentation_mm"] + 0.2)
     assert deep["start_rad"] != usual["start_rad"]
+
+
+def test_other_prints_are_other_drums_and_other_runs_under_the_same_mounting():
+    usual, printed = (
+        simulation_of("s", "quick", textures="d", reprint=n).config()["runs"]["1.5/20"]
+        for n in (0, 1)
+    )
+    assert usual == simulation_of("s", "quick", textures="d").config()["runs"]["1.5/20"]
+    same = {name for name in usual if usual[name] == printed[name]}
+    assert same == {"indentation_mm", "tilt_rad", "lateral_mm"}
+
+
+@pytest.mark.parametrize("changed", [{"indentation_mm": 0.8}, {"reprint": 1}])
+def test_a_run_that_is_mounted_anew_shares_its_mounting_with_no_run_of_another_session(changed):
+    words = {"textures": "d", "remount": "run"}
+    one, other = (
+        simulation_of("s", "quick", **words, **more).config()["runs"]["1.5/20"]
+        for more in ({}, changed)
+    )
+    assert one["tilt_rad"] != other["tilt_rad"]
 
 
 def test_mounting_indentation_and_nodules_are_switched():

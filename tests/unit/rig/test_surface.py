@@ -106,6 +106,7 @@ def test_an_image_is_a_height_map_with_bright_as_high_and_an_array_one_in_mm(tmp
         (lambda _: bumped_surface(-1.0), r"bump spacing of 0 or of 0.3 to 20 mm, found -1"),
         (lambda _: mapped_surface(np.zeros(5), 3.0), r"finite heights of shape"),
         (lambda _: mapped_surface(np.full((5, 5), np.nan), 3.0), r"finite heights of shape"),
+        (lambda _: mapped_surface(np.zeros((5, 5), "f4,f4"), 3.0), r"expected numbers, found"),
         (lambda _: mapped_surface(np.zeros((5, 5)), 900.0), r"a length of 0 to 251 mm"),
         (lambda _: mapped_surface(np.zeros((5, 5)), 300.0), r"a length of 0 to 251 mm"),
         (lambda _: mapped_surface(np.zeros((2, 40000)), 3.0), r"32766 rows and columns at most"),

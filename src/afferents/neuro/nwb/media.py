@@ -72,13 +72,16 @@ def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
             continue
         shape = one.responses[dims.RA2].shape
         shape = shape[:1] if shape[1] == 1 else shape
-        kind = AcousticWaveformSeries if len(shape) == 1 or shape[1] == 2 else TimeSeries
+        unit = str(one.responses[dims.RA2].attrs.get(dims.UNITS) or "n.a.")
+        # A series of sound has one or two channels, and no unit: others keep theirs.
+        is_sound = unit in ("full scale", "n.a.") and (len(shape) == 1 or shape[1] == 2)
+        kind = AcousticWaveformSeries if is_sound else TimeSeries
         nwbfile.add_acquisition(
             kind(
                 name=f"sound_{one.name}",
                 description="RA-II: vibration, as recorded.",
                 data=_room(shape, True),
-                unit=str(one.responses[dims.RA2].attrs.get(dims.UNITS) or "n.a."),
+                unit=unit,
                 rate=one.sample_rate_hz,
                 starting_time=one.start_s,
             )
