@@ -302,10 +302,10 @@ def felt_with(data: OpenedData, source: Source) -> dict[str, Any]:
         If the recordings are of several sensors, or the data set does not say what its markers
         were followed with.
     """
-    first = data.responses[0]
+    first, config = data.responses[0], data.origin.data_set.config()
     if source.encoding.of_vibration:
-        return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
-    config = data.origin.data_set.config()
+        rate_hz = float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])
+        return {"sample_rate_hz": rate_hz, "unlike_live": _unlike_heard(config)}
     if (sensor := config.get("sensor")) is None:
         raise InputError(
             f"{data.origin.source}: expected data that name their sensor, found none named"
@@ -322,6 +322,16 @@ def felt_with(data: OpenedData, source: Source) -> dict[str, Any]:
     sensor = sensor | ({"rest_frame": min(rests)} if len(rests) == 1 else {})
     unlike = _unlike_live(config) + (("several rest frames",) if len(rests) > 1 else ())
     return {"sensor": sensor, "fps_hz": round(1 / step_s, 3), "unlike_live": unlike}
+
+
+def _unlike_heard(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the channel of the sound that was taken, where it is not the last, as live hears."""
+    declared = config.get("declared", {})
+    channel, n = declared.get("sensor_channel"), declared.get("audio_channels")
+    other = None not in (channel, n) and channel != n - 1
+    return (
+        (f"channel {channel} of {n}, counted from 0, where live hears the last",) if other else ()
+    )
 
 
 def _unlike_live(config: Mapping[str, Any]) -> tuple[str, ...]:

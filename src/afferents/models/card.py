@@ -180,7 +180,7 @@ class Card(BaseModel):
         The sensor file's content, for images; its rest frame is that of the recordings, where they
         share one.
     unlike_live
-        In what its recordings were extracted otherwise than live follows markers, in words.
+        In what its recordings were extracted otherwise than live follows or hears, in words.
     fps_hz, sample_rate_hz
         Of the camera (images) or the microphone (spectra).
     learnt_from_mm_s, validated_on_mm_s, validation_accuracy
@@ -367,7 +367,7 @@ class Card(BaseModel):
     def _unlike_live(self) -> list[str]:
         """Return that live gives it other images than it learnt from, where that is so."""
         how = " and ".join(self.unlike_live)
-        what = "live follows markers otherwise, and what was evaluated does not hold there"
+        what = "live does otherwise, and what was evaluated does not hold there"
         return [f"Its recordings were extracted with {how}: {what}."] if how else []
 
 

@@ -143,8 +143,8 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
     run = (texture, speed_mm_s)
     levels = {"session": (None, None), "drum": (texture, None), "run": run}
     others = others_of(rig, seed, again)
-    once = mount.remount == "session"
-    of_mounting = random_of(seed, *levels[mount.remount], _MOUNTING, () if once else others)
+    level = levels[mount.remount]
+    of_mounting = random_of(seed, *level, _MOUNTING, others if any(level) else ())
     of_material = random_of(seed, None, None, _MATERIAL)
     of_print = [rig.drum.prints] if rig.drum.prints != seed else []
     of_drum = random_of(seed, texture, None, _RUN_OUT, of_print)
