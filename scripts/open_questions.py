@@ -382,7 +382,8 @@ def _depth(number: int) -> None:
 
 def _natural(number: int) -> None:
     natural = found(*(f"on-natural-{seed}" for seed in SEEDS))
-    drums = found(*(f"not-reprinted{of(s)}" for s in SEEDS), *(f"together-S{s}" for s in SEEDS))
+    seeds = [int(name.rpartition("-")[2]) for name in natural]
+    drums = found(*(f"not-reprinted{of(s)}" for s in seeds), *(f"together-S{s}" for s in seeds))
     if not natural or not drums:
         return
     rows = [["model", "drums", "natural surfaces", "difference"]]

@@ -327,11 +327,11 @@ def felt_with(data: OpenedData, source: Source) -> dict[str, Any]:
 def _unlike_heard(config: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the channel of the sound that was taken, where it is not the last, as live hears."""
     declared = config.get("declared", {})
-    channel, n = declared.get("sensor_channel"), declared.get("audio_channels")
-    other = None not in (channel, n) and channel != n - 1
-    return (
-        (f"channel {channel} of {n}, counted from 0, where live hears the last",) if other else ()
-    )
+    taken, n = declared.get("sensor_channel"), declared.get("audio_channels")
+    if taken is None or (n is not None and taken == n - 1):
+        return ()
+    of = "" if n is None else f" of {n}"
+    return (f"channel {taken}{of}, counted from 0, where live hears the last",)
 
 
 def _unlike_live(config: Mapping[str, Any]) -> tuple[str, ...]:

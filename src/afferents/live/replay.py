@@ -224,10 +224,7 @@ class RigShow:
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
-        rig = rig or Rig()
-        self._rig = rig.model_copy(
-            update={"drum": rig.drum.model_copy(update={"prints": seed})}
-        )  # the drums of the seed's session
+        self._rig = (rig or Rig()).printed(seed)
         self._folder = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )

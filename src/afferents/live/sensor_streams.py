@@ -94,6 +94,11 @@ class SensorStream(ABC):
         for reporter in self.reporters:
             reporter.skip()
 
+    def put_clock_back(self) -> None:
+        """Forget what later times said of the source's clock: it goes on from an earlier one."""
+        self._clock = HostClock(_FORGET)
+        self.quality.begin()
+
     def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Prediction]:
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
@@ -226,6 +231,8 @@ class AudioStream(SensorStream):
         if self._next_s is not None and abs(gap_s := time_s - self._next_s) > JUMP_S:
             self.counters.lost_samples += max(0, round(gap_s * self.rate_hz))
             self.skip()
+            if gap_s < 0:
+                self.put_clock_back()
         self.now_s = self._next_s = time_s + len(sound.samples) / self.rate_hz
         late = self.is_late(self.now_s, sound.arrived_s)
         ready = self._samples.feed(time_s, sound.samples)
@@ -372,8 +379,11 @@ class VideoStream(SensorStream):
         periods = 1.0 if last is None else (time_s - last) * self.rate_hz
         if -MISSING < periods < DOUBLED:
             return True
-        if not 0 < periods <= MISSING:  # frames are missing, or the clock was put back
-            self.counters.dropped += max(0, round(periods) - 1)
+        if periods < 0:
+            self.skip()
+            self.put_clock_back()
+        elif periods > MISSING:
+            self.counters.dropped += round(periods) - 1
             self.skip()
         else:
             self._step += (periods - self._step) / self.rate_hz

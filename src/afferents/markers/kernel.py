@@ -11,8 +11,8 @@ skin, above that of the disc."""
 AGAIN_PX = 0.5
 """A centroid farther than this from its window's middle is taken again round itself."""
 
-_SHORT_HALF = 11
-"""Half the side of the largest window whose sums fit into 16 bits: 24 rows."""
+_SHORT_HALF = 12
+"""Half the side of the largest window whose sums fit into 16 bits: 25 rows."""
 _LANES = 16
 """Columns that the processor works on at once."""
 

@@ -82,7 +82,7 @@ class Plan(StrictForm):
     settle_s
         From the start of the drive until the speed is constant.
     seed
-        Of the order of the runs.
+        Of the order of the runs; in a dry run, of mounting and drums too.
     redo
         How many times a run that the gate refuses is done again.
     drum_mm

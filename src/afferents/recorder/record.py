@@ -181,7 +181,7 @@ def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = Non
     sensor, seen = load_sensor(plan.sensor), watch or Watch()
     if not dry_run:
         return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
-    rig = rig_of(sensor)
+    rig = rig_of(sensor).printed(plan.seed)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
     bench = Bench(rig, plan)
     devices = simulate_devices(plan, path, bench)

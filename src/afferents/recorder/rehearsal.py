@@ -27,7 +27,7 @@ from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
 from afferents.errors import InputError
 from afferents.recorder.devices import SIMULATED, Clock, Devices
 from afferents.recorder.plan import Entry, Plan
-from afferents.rig.camera import Renderer
+from afferents.rig.camera import Renderer, project
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.drums import texture_name
@@ -205,14 +205,15 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
         time.append(begin_s + part.time_s)
         place.append(part.position_mm)
         sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
-    position = filmed_positions(rig, np.concatenate(place), texture, speed, *which)
+    position_mm = np.concatenate(place)
+    filmed_px = filmed_positions(rig, position_mm, texture, speed, *which)
     renderer = Renderer(rig.camera, entry.seed)
-    before = (len(position) - len(run.time_s), 0)
+    before = (len(position_mm) - len(run.time_s), 0)
     way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
     return Film(
         np.concatenate(time),
-        [_jpeg(renderer.draw(positions)) for positions in position],
-        position,
+        [_jpeg(renderer.draw(positions)) for positions in filmed_px],
+        project(position_mm, rig.camera),
         np.rint(np.concatenate(sound) * 32767).astype(np.int16),
         np.pad(way, before, "edge"),
         np.pad(run.speed_mm_s, before, "edge"),

@@ -135,6 +135,10 @@ class Rig(BaseModel):
     microphone: Microphone = Microphone()
     camera: Camera = Camera()
 
+    def printed(self, prints: int) -> Self:
+        """Return the rig with another set of drums; a session has that of its seed's number."""
+        return self.model_copy(update={"drum": self.drum.model_copy(update={"prints": prints})})
+
     def with_nuisances(self, strengths: Mapping[str, float | None]) -> Self:
         """Return the rig with no other nuisances than those named.
 

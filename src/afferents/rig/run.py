@@ -142,11 +142,13 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
     mount = rig.mounting
     run = (texture, speed_mm_s)
     levels = {"session": (None, None), "drum": (texture, None), "run": run}
-    others = others_of(rig, seed, again)
-    level = levels[mount.remount]
-    of_mounting = random_of(seed, *level, _MOUNTING, others if any(level) else ())
+    others, level = others_of(rig, seed, again), levels[mount.remount]
+    mounted = (  # a drum that is mounted stays so while it turns again
+        others if all(level) else others_of(rig, seed) if any(level) else ()
+    )
+    of_mounting = random_of(seed, *level, _MOUNTING, mounted)
     of_material = random_of(seed, None, None, _MATERIAL)
-    of_print = [rig.drum.prints] if rig.drum.prints != seed else []
+    of_print = [_PRINT, rig.drum.prints] if rig.drum.prints != seed else []
     of_drum = random_of(seed, texture, None, _RUN_OUT, of_print)
     of_run = random_of(seed, *run, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)

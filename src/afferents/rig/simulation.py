@@ -186,10 +186,9 @@ def _as_asked(
                 f"{indentation_mm:g}"
             )
         mounting["indentation_mm"] = indentation_mm
-    return rig.model_copy(
+    return rig.printed(prints).model_copy(
         update={
             "mounting": rig.mounting.model_copy(update=mounting),
-            "drum": rig.drum.model_copy(update={"prints": prints}),
             "skin": rig.skin.model_copy(update={"nodular": nodules == "on"}),
         }
     )
