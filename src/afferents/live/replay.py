@@ -197,6 +197,10 @@ class Run:
         return f"{self.texture} mm at {self.speed_mm_s:g} mm/s"
 
 
+_LOOK_S = 0.1
+"""So often who waits for a run looks whether the show is closed, s."""
+
+
 class RigShow:
     """Runs of the rig one after another, each recorded as mp4 and wav before it plays.
 
@@ -244,10 +248,11 @@ class RigShow:
         speed = self._speed_mm_s or float(SPEEDS_MM_S[rng.integers(len(SPEEDS_MM_S))])
         return Run(texture, speed)
 
-    def take(self, number: int) -> tuple[Path, float]:
+    def take(self, number: int) -> tuple[Path, float] | None:
         """Return the folder of a run once it is recorded, and when it begins to play, s.
 
-        The next is then begun. A run begins when the one before ends, or when it is ready.
+        The next is then begun. A run begins when the one before ends, or when it is ready. None if
+        the show is closed before that: what is not recorded then never will be.
         """
         with self._lock:
             for n in (number, number + 1):
@@ -259,6 +264,10 @@ class RigShow:
                 del self._runs[old]
                 shutil.rmtree(self._folder_of(old), ignore_errors=True)
             recorded = self._runs[number]
+        while not recorded.ready():
+            if self.pace.closed.is_set():
+                return None
+            recorded.wait(_LOOK_S)
         folder = recorded.get()
         with self._lock:
             if number not in self._begins_s:
@@ -300,7 +309,9 @@ class _Rigged:
         """Yield what happens in run after run."""
         number = 0
         while not self._show.pace.closed.is_set():
-            folder, begin_s = self._show.take(number)
+            if (taken := self._show.take(number)) is None:
+                return
+            folder, begin_s = taken
             yield Begin(self.channel, begin_s, self._show.drawn(number).describe())
             yield from self._player(folder, begin_s).events()
             number += 1

@@ -1,6 +1,7 @@
 """The rig as a running sensor: runs one after another on one clock, and nothing left behind."""
 
 import itertools
+import threading
 
 import numpy as np
 
@@ -31,3 +32,15 @@ def test_runs_follow_one_another():
     finally:
         show.close()
     assert not folder.exists()
+
+
+def test_who_waits_for_a_run_is_let_go_when_all_is_closed():
+    """A run that is never recorded comes no more."""
+    show = RigShow("g", 50, run_s=60)
+    waiting = threading.Thread(target=lambda: list(RigVideo(show).events()), daemon=True)
+    waiting.start()
+    while not show._runs:
+        waiting.join(0.01)
+    show.close()
+    waiting.join(60)
+    assert not waiting.is_alive()
