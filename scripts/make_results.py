@@ -3,7 +3,8 @@
     python scripts/make_results.py                 all parts, in order
     python scripts/make_results.py PART [PART ...] these alone; `list` names them
 
-A part takes an hour at most on two cores (`images-paper` some 80 minutes, `vibration-paper` 110). It leaves what it found
+A part takes an hour at most on two cores (`images-paper` some 80 minutes, `vibration-paper` 110).
+It leaves what it found
 in `docs/results/rig/PART.json` (with commit, day, machine and commands) and commits that file. A
 part whose file is there is not run again; one that was stopped goes on where it was, since
 `evaluate` does. Sessions, stores and results lie in `out/results`, what the commands print in
