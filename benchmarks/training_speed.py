@@ -5,7 +5,7 @@
 Random samples of the published shapes, 13 textures, batches of 64: shuffling, gathering, forward,
 backward, Adam, and after every epoch a validation on an eighth as many samples. As `evaluate`
 does, as many processes of one thread as there are cores train a fold each; their rates are added
-up. All ways take turns. Prints tables in Markdown.
+up. Prints a table in Markdown.
 """
 
 import argparse

@@ -38,6 +38,7 @@ Interval = tuple[float, float, float]
 AROUND = "251.3,1"
 """Length of a map along the slide, mm, and a height that arrays of heights do not need."""
 DRUMS = "drums"
+"""Sessions of a seed whose recordings say their depth and print: questions share them."""
 THRICE_LEARNT = ("--seeds", "3")
 LENGTHS = ("0.011", "0.11", "0.5", "1", "4")
 

@@ -90,5 +90,9 @@ def test_the_rig_s_offset_is_found(run, tmp_path):
     assert code == 0
     off = np.array(json.loads(out)["offsets_ms"]) - true
     np.testing.assert_allclose(off, 0, atol=2)
+    (folders[2] / "session.json").write_text('{"sensor_channel": 0}')  # the room, which is still
+    code, _, said = run("align", folders[2])
+    assert code == 2
+    assert "tap the fingertip with something smooth" in said.replace("\n", " ")
     code, out, _ = run("align", folders[0], "--quiet")
     assert "feel with --audio-offset-ms" in out.replace("\n", " ")

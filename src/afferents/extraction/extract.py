@@ -121,7 +121,7 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     given, fps_hz = extraction.session, extraction.fps_hz
     session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
     sensors = sensors_of(session, extraction.sensor)
-    reference = _reference(session, sensors, extraction)
+    reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
     require_no_store(extraction.out)
@@ -200,7 +200,7 @@ def _outcomes(
     return on_cluster(_try_far, jobs, extraction.cluster, extraction.out, packages)
 
 
-def _reference(session: Session, sensors: Sensors, extraction: Extraction) -> Positions | None:
+def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
     """Return the marker order of the published tracker, or the rest positions to count from.
 
     Raises
@@ -215,15 +215,10 @@ def _reference(session: Session, sensors: Sensors, extraction: Extraction) -> Po
                 "than 'published', found "
                 f"{'none' if session.reference is None else 'the published tracker'}"
             )
-        if len(names := sensors.names_in(session)) > 1:
-            raise InputError(
-                "--rest reference: expected recordings of one sensor, as the clip is of one, found "
-                f"{', '.join(names)}"
-            )
-        return ordered_rest(session.reference, sensors.usual)
+        return ordered_rest(session.reference, sensor)
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, sensors.usual)
+    return rest_positions(session.reference, sensor)
 
 
 def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from afferents.choices import Remount
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
@@ -114,11 +115,14 @@ def others_of(rig: Rig, seed: int, again: int = 0) -> list[int]:
     words = []
     if rig.mounting.indentation_mm != Mounting().indentation_mm:
         words.append(round(1000 * rig.mounting.indentation_mm))
-    if rig.drum.prints != seed:
-        words += [_PRINT, rig.drum.prints]
+    words += _print_of(rig, seed)
     if again:
         words += [_AGAIN, again]
     return words
+
+
+def _print_of(rig: Rig, seed: int) -> list[int]:
+    return [_PRINT, rig.drum.prints] if rig.drum.prints != seed else []
 
 
 _MOUNTING, _MATERIAL, _RUN_OUT, _RUN, _DRIVE, _SOUND, CAMERA, MARKERS, TAPS = range(9)
@@ -141,15 +145,16 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
     """
     mount = rig.mounting
     run = (texture, speed_mm_s)
-    levels = {"session": (None, None), "drum": (texture, None), "run": run}
-    others, level = others_of(rig, seed, again), levels[mount.remount]
-    mounted = (  # a drum that is mounted stays so while it turns again
-        others if all(level) else others_of(rig, seed) if any(level) else ()
-    )
+    others = others_of(rig, seed, again)
+    levels: dict[Remount, tuple[tuple[str | None, float | None], Sequence[int]]] = {
+        "session": ((None, None), ()),
+        "drum": ((texture, None), others_of(rig, seed)),  # mounted once, however often it turns
+        "run": (run, others),
+    }
+    level, mounted = levels[mount.remount]
     of_mounting = random_of(seed, *level, _MOUNTING, mounted)
     of_material = random_of(seed, None, None, _MATERIAL)
-    of_print = [_PRINT, rig.drum.prints] if rig.drum.prints != seed else []
-    of_drum = random_of(seed, texture, None, _RUN_OUT, of_print)
+    of_drum = random_of(seed, texture, None, _RUN_OUT, _print_of(rig, seed))
     of_run = random_of(seed, *run, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)

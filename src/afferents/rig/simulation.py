@@ -83,14 +83,10 @@ class Simulation:
             },
         }
 
-    def _maps(self) -> dict[str, dict[str, Any]]:
-        """Return what tells each height map from others, as it lies round the drum."""
+    def _maps(self) -> dict[str, str]:
+        """Return the SHA-256 of each height map's heights, as they lie round the drum."""
         return {
-            name: {
-                "sha256": hashlib.sha256(surface.height_mm.tobytes()).hexdigest(),
-                "highest_mm": round(float(surface.height_mm.max()), 6),
-                "length_mm": round(surface.length_mm, 6),
-            }
+            name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
             for name, surface in sorted(self.height_maps.items())
         }
 

@@ -61,12 +61,12 @@ def test_the_card_says_how_recordings_were_extracted_where_live_must_know(stores
     assert felt["unlike_live"][-1] == "several rest frames"
 
 
-@pytest.mark.parametrize(("channel", "n_said"), [(0, 1), (1, 0)])
+@pytest.mark.parametrize(("channel", "n", "n_said"), [(0, 2, 1), (1, 2, 0), (0, None, 1)])
 def test_the_card_says_which_channel_was_heard_where_it_is_not_the_last(
-    stores, monkeypatch, channel, n_said
+    stores, monkeypatch, channel, n, n_said
 ):
     (opened,) = open_data([str(stores["audio"])])
-    declared = {"sensor_channel": channel, "audio_channels": 2}
+    declared = {"sensor_channel": channel, "audio_channels": n}
     monkeypatch.setattr(type(opened.origin.data_set), "config", lambda _: {"declared": declared})
     felt = felt_with(opened, sources_of(MODELS["vib-te"], opened.encodings)[0])
     assert len(felt["unlike_live"]) == n_said

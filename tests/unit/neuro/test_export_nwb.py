@@ -12,8 +12,8 @@ import xarray as xr
 
 import afferents
 from afferents.neuro.neural import spikes_of_store
-from afferents.neuro.nwb.media import add_videos
-from afferents.neuro.nwb.tables import add_trials, laid_out
+from afferents.neuro.nwb.media import add_sounds, add_videos
+from afferents.neuro.nwb.tables import Laid, add_trials, laid_out
 from afferents.recordings.media import ImageFolder
 from afferents.spikes import Spikes
 from afferents.store.recording import Recording
@@ -98,6 +98,20 @@ def test_images_in_a_folder_are_named_in_their_order(tmp_path):
     series = nwbfile.acquisition["video_1_20"]
     assert list(series.external_file) == names
     np.testing.assert_array_equal(series.timestamps, times_s)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"), [("full scale", "AcousticWaveformSeries"), ("m/s^2", "TimeSeries")]
+)
+def test_vibration_that_is_no_sound_is_a_series_that_keeps_its_unit(unit, kind):
+    """Those of sound lose it in the file: ndx-sound fixes it to n.a."""
+    about = {"sample_rate_hz": 1000.0, "units": unit}
+    vibration = xr.DataArray(np.zeros((50, 1)), dims=("sample", "channel"), attrs=about)
+    responses = xr.Dataset({"ra2": vibration}, attrs={"name": "1/20"})
+    nwbfile = pynwb.NWBFile("signals", "id", datetime(2026, 1, 1, tzinfo=UTC))
+    add_sounds(nwbfile, [Laid(responses, 0.0, 0.05)])
+    series = nwbfile.acquisition["sound_1_20"]
+    assert (type(series).__name__, series.unit) == (kind, unit)
 
 
 def test_conditions_are_columns_of_one_kind():
