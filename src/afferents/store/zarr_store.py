@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-import zarr
 
 from afferents import dims
 from afferents.documents import read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import naming, require_same_config, write_aside
+from afferents.files import require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.store.integrity import (
     ROOT,
@@ -60,11 +59,10 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             )
         if there:  # a store without any is as good as new
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
-        if earlier != config:
-            _rewrite_root(store, config)
-        return
+        if earlier == config:
+            return
     require_no_store(store)
-    _write_group(store, _root_attributes(config))
+    _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
 
 
 def require_no_store(store: Path) -> None:
@@ -310,10 +308,6 @@ def _open(store: Path, name: str) -> Responses:
     return checked
 
 
-def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {"format": FORMAT, "schema": SCHEMA, "config": dict(config)}
-
-
 def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
 
@@ -349,14 +343,8 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
     return {"chunks": tuple(max(1, size) for size in chunks)}
 
 
-def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
-    """Give a store another configuration, at one stroke, which Zarr does not."""
-    attributes = _root_attributes(config)
-    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
-    with write_aside(store / ROOT) as partial:
-        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
-
-
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
-    with naming(path):
-        zarr.create_group(path, zarr_format=3, attributes=dict(attributes))
+    """Write what makes a folder a group, or give one other attributes, at one stroke."""
+    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
+    with write_aside(path / ROOT) as partial:
+        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
