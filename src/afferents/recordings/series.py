@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings.tables import Signal, Table, read_table
+from afferents.recordings.tables import Numbers, Signal, Table, read_table
 from afferents.store.trimming import require_reached
-
-Numbers = NDArray[np.float64]
 
 _PASSED = 0.42
 """Share of the rate up to which the filter against aliasing passes all."""
@@ -209,12 +207,7 @@ class SeriesFile:
         kept = in_order(time_ms)
         self._check_order(table, time_ms, kept)
         time_ms = time_ms[kept]
-        if len(time_ms) < 2:
-            raise InputError(
-                f"{self.path}: expected two rows or more to resample, found {len(time_ms)}"
-            )
-        step = np.diff(time_ms)
-        usual_ms, longest_ms = float(np.median(step)), float(step.max())
+        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
         allowed_hz = rate_hz * (0.5 if _finer(time_ms, rate_hz) == 1 else _PASSED)
         limit_hz = min(allowed_hz, 500 / usual_ms)
         rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -18,8 +18,10 @@ from av.video.stream import VideoStream
 
 from afferents.errors import InputError, reading
 from afferents.progress import Progress
+from afferents.quality.frames import FrameFigures
+from afferents.quality.issues import QualityIssue
 from afferents.recordings.media import ImageFolder
-from afferents.store.recording import Frame, GreyImage
+from afferents.store.recording import Frame, GreyImage, Video
 
 _BLACK, _WHITE = 16, 235
 _EXPANDED: Final = np.clip(
@@ -269,15 +271,10 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
 
 
 def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
-    """Return what makes a decoded frame's picture in colour; None where it holds none."""
+    """Return what makes the picture, (height, width, 3), blue, green, red; None of a grey one."""
     if len(frame.format.components) < _COLOURS:
         return None
-    return partial(_bgr, frame)
-
-
-def _bgr(frame: VideoFrame) -> GreyImage:
-    """Return the picture in colour, (height, width, 3), blue, green, red."""
-    return np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
+    return lambda: np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
 
 
 def _luma(plane: VideoPlane) -> GreyImage:
@@ -337,3 +334,32 @@ class VideoWithProgress:
         for frame in self._progress.track(frames, "tracking", self._video.n_frames):
             self.last = frame
             yield frame
+
+
+class Footage:
+    """A video that is measured as it is decoded: wraps another, and may be tracked in its place.
+
+    Implements `afferents.store.recording.Video`.
+
+    Attributes
+    ----------
+    figures
+        Of the frames decoded since the last start.
+    """
+
+    def __init__(self, video: Video) -> None:
+        """Decode nothing yet."""
+        self.video, self.figures = video, FrameFigures()
+        self.path, self.fps_hz = video.path, video.fps_hz
+        self.width, self.height = video.width, video.height
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start, and measure anew."""
+        self.figures = FrameFigures()
+        for frame in self.video.frames():
+            self.figures.add(frame.time_s, frame.luma, frame.levels)
+            yield frame
+
+    def find_issues(self, steady_s: tuple[float, float] | None = None) -> list[QualityIssue]:
+        """Find what is wrong with the pictures decoded, while the drum slides (s)."""
+        return self.figures.find_issues(self.path, steady_s)
