@@ -202,11 +202,10 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
     """Return the mean over speeds, and its 95% interval by Student's t; NaN where all agree."""
     values = np.array(list(by_speed.values()))
     mean, n = float(values.mean()), len(values)
-    if n < 2:
+    spread = float(values.std(ddof=1)) if n > 1 else 0.0
+    if spread == 0:  # a few shares that agree say nothing of how far they may lie apart
         return {"accuracy": mean, "low": np.nan, "high": np.nan}
-    half = float(student.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))
-    if half == 0:  # a few shares that agree say nothing of how far they may lie apart
-        return {"accuracy": mean, "low": np.nan, "high": np.nan}
+    half = float(student.ppf(0.975, n - 1) * spread / np.sqrt(n))
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
 
 

@@ -44,11 +44,6 @@ class Laid:
         """`(time,)`, when its frames were taken, on the session's clock."""
         return self.start_s + np.asarray(self.responses[dims.TIME].values, np.float64)
 
-    @property
-    def sample_rate_hz(self) -> float:
-        """Of its vibration."""
-        return float(self.responses[dims.RA2].attrs[dims.SAMPLE_RATE])
-
 
 def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     """Return recordings one after another, each from a whole second on.
