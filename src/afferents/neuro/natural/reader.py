@@ -13,8 +13,7 @@ from afferents.neuro.natural.description import (
     Trials,
     read_description,
 )
-from afferents.neuro.natural.nwb import spikes_of_nwb
-from afferents.neuro.natural.tables import spikes_of_table
+from afferents.neuro.natural.tables import spikes_of_nwb, spikes_of_table
 from afferents.spikes.population import Spikes
 
 Reader = Callable[[Path, NaturalFile, Path], Spikes]
