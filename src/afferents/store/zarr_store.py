@@ -8,6 +8,7 @@ is complete; its digest (`store.integrity`) tells one that has changed since. Pl
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -115,10 +116,7 @@ def store_config(store: Path) -> dict[str, Any]:
 
 def is_tracks(path: Path) -> bool:
     """Tell whether a folder is a store of one video's tracks."""
-    try:
-        return (path / ROOT).is_file() and attributes_of(path).get("format") == TRACKS
-    except InputError:
-        return False
+    return bool(attributes_there(path).get("format") == TRACKS)
 
 
 def write_responses(store: Path, responses: Responses) -> None:
@@ -191,19 +189,17 @@ def require_same_files(store: Path, name: str, checksum: str) -> None:
 
 def attributes_there(group: Path) -> dict[str, Any]:
     """Return the attributes of a group; none where it is missing or damaged."""
-    try:
+    with suppress(InputError):
         return attributes_of(group)
-    except InputError:
-        return {}
+    return {}
 
 
 def is_whole(store: Path, name: str) -> bool:
     """Tell whether a store holds a recording that can be opened."""
-    try:
+    with suppress(InputError):
         _open(store, name)
-    except InputError:
-        return False
-    return True
+        return True
+    return False
 
 
 def recordings_there(store: Path) -> int:

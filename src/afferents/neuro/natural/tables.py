@@ -144,10 +144,8 @@ def numbers_of(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
     InputError
         If it is not there, or holds others.
     """
-    try:
+    with reading(file, f"numbers in the column '{name}'", TypeError, ValueError):
         return column_of(table, name, file).astype(np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{file}: expected numbers in the column '{name}', found others") from None
 
 
 # Units and trials of an NWB file.
