@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from pydantic import BaseModel
 
 from afferents import dims
-from afferents.documents import read_json
+from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
 from afferents.files import require_same_config, write_aside
 from afferents.outputs import require_new_folder
@@ -38,6 +39,12 @@ FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
 and recordings added without another store; what was made under another declaration is made anew."""
+
+
+class _Config(BaseModel):
+    """What the configuration of a store must say; the rest stands beside it."""
+
+    recordings: list[str]
 
 
 def create_store(store: Path, config: Mapping[str, Any]) -> None:
@@ -105,12 +112,8 @@ def store_config(store: Path) -> dict[str, Any]:
         raise InputError(
             f"{store}: expected format {FORMAT!r}, schema {SCHEMA}, found {found}{then(do)}"
         )
-    config = attributes.get("config")
-    if not (isinstance(config, dict) and _are_names(config.get("recordings"))):
-        raise InputError(
-            f"{store / ROOT}: expected the configuration of a store, found a damaged one; extract "
-            "again"
-        )
+    config: dict[str, Any] = attributes.get("config", {})
+    as_form(config, _Config, store / ROOT, "the configuration of a store", "extract again")
     return config
 
 
@@ -306,10 +309,6 @@ def _open(store: Path, name: str) -> Responses:
 
 def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
-
-
-def _are_names(names: object) -> bool:
-    return isinstance(names, list) and all(isinstance(name, str) for name in names)
 
 
 def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
