@@ -145,8 +145,9 @@ def accuracy_by_resolution(
             cut["stretched"] = _stretched_windows(units, window_s)
         n = {"n_units": units.n_units, "n_trials": units.n_trials}
         for part, by_tested in cut.items():
-            finest = max(by_tested.values(), key=_finest)
-            for resolution_s in _possible(resolutions_s, finest, window_s):
+            finest_s = _SLACK * max(map(_finest, by_tested.values()))
+            possible = [one for one in resolutions_s if finest_s <= one < window_s]
+            for resolution_s in (*possible, window_s):  # the rate is always possible
                 by_speed: dict[float, float] = {}
                 for tested, windows in by_tested.items():
                     across: Across = "windows" if part == "windows" else "speeds"
@@ -346,12 +347,6 @@ def _stretched_windows(units: Spikes, window_s: float) -> dict[float | None, Spi
 
 def _finest(units: Spikes) -> float:
     return float(units.units["resolution_s"].max())
-
-
-def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) -> list[float]:
-    """Return the resolutions that units have, of those asked for, and the window: the rate."""
-    finest = _finest(units)
-    return [one for one in resolutions_s if _SLACK * finest <= one < window_s] + [window_s]
 
 
 def _parts(windows: Spikes) -> list[Across]:

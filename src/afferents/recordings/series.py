@@ -197,12 +197,12 @@ class SeriesFile:
         if self.signal.duplicates == "once":
             new = np.append(True, (np.diff(table.values, axis=0) != 0).any(axis=1))
             table = table._replace(values=table.values[new], place=table.place[new])
-        return (table, None) if self.signal.resample_hz is None else self._resampled(table)
+        rate_hz = self.signal.resample_hz
+        return (table, None) if rate_hz is None else self._resampled(table, rate_hz)
 
-    def _resampled(self, table: Table) -> tuple[Table, Rows]:
-        rate_hz, time_ms = self.signal.resample_hz, self._time_ms(table)
-        assert rate_hz is not None
-        assert time_ms is not None
+    def _resampled(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
+        time_ms = self._time_ms(table)
+        assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
         kept = in_order(time_ms)
         self._check_order(table, time_ms, kept)
