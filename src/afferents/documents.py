@@ -137,28 +137,20 @@ def _first_fault(
 ) -> InputError:
     """Say in one sentence which key is at fault and why."""
     fault = error.errors()[0]
-    key = ".".join(_keys(fault["loc"], content))
+    key, reason = ".".join(_keys(fault["loc"], content)), reason_in(fault)
     if fault["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         known = _all_keys(form.model_json_schema())
         meant = get_close_matches(str(fault["loc"][-1]), known, n=1)
         hint = f" (did you mean {meant[0]}?)" if meant else ""
-        return InputError(
-            f"{where}: expected keys of {what}, found the unknown key '{key}'{hint}{then(do)}"
-        )
-    if fault["type"] == "missing":
-        return InputError(f"{where}: expected {what} with the key '{key}', found none{then(do)}")
-    reason = reason_in(fault)
-    if isinstance(fault["input"], dict) and fault["type"] == "value_error":
-        return InputError(
-            f"{where}: expected {what}, found a fault{f' in {key}' if key else ''}: "
-            f"{reason}{then(do)}"
-        )
-    found = repr(fault["input"])
-    found = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
-    return InputError(
-        f"{where}: expected {f'{what} with {key}: {reason}' if key else reason}, found "
-        f"{found}{then(do)}"
-    )
+        expected, found = f"keys of {what}", f"the unknown key '{key}'{hint}"
+    elif fault["type"] == "missing":
+        expected, found = f"{what} with the key '{key}'", "none"
+    elif isinstance(fault["input"], dict) and fault["type"] == "value_error":
+        expected, found = what, f"a fault{f' in {key}' if key else ''}: {reason}"
+    else:
+        expected, found = f"{what} with {key}: {reason}" if key else reason, repr(fault["input"])
+        found = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
+    return InputError(f"{where}: expected {expected}, found {found}{then(do)}")
 
 
 def _all_keys(schema: Mapping[str, Any]) -> set[str]:

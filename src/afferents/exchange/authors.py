@@ -38,6 +38,9 @@ _KINDS = {
     dims.RA1: ("images of RA-I", dims.PIXELS_PER_FRAME),
     dims.RA2: ("spectra", "of the largest"),
 }
+_BY_KERAS, _OF_OURS = "network, by Keras and here", "network, of our samples"
+"""Outputs of a network: of their samples, as Keras and we compute them; of theirs and of ours, both
+computed here."""
 
 
 @dataclass
@@ -193,22 +196,12 @@ def _stages() -> dict[str, Difference]:
     units["RA-I"] = dims.PIXELS_PER_FRAME
     units |= {_samples_of(model): _KINDS[model.channel][1] for model in TABLE1.values()}
     for model in TABLE1.values():
-        units |= dict.fromkeys((_by_keras(model), _of_ours(model)), "probability")
+        units |= {f"{model.title}: {what}": "probability" for what in (_BY_KERAS, _OF_OURS)}
     return {stage: Difference(stage, unit) for stage, unit in units.items()}
 
 
 def _samples_of(model: Model) -> str:
     return f"{model.title}: {_KINDS[model.channel][0]}"
-
-
-def _by_keras(model: Model) -> str:
-    """Return the stage of a network's outputs of their samples, as Keras and we compute them."""
-    return f"{model.title}: network, by Keras and here"
-
-
-def _of_ours(model: Model) -> str:
-    """Return the stage of a network's outputs, of their samples and of ours, computed here."""
-    return f"{model.title}: network, of our samples"
 
 
 def _compare_model(
@@ -231,9 +224,9 @@ def _compare_model(
     of_theirs, of_ours = (None if one is None else _ask(network, one) for one in (theirs, ours))
     keras = sets.outputs(model, speed_mm_s)
     if of_theirs is not None and keras is not None:
-        stages[_by_keras(model)].add(of_theirs, thinned(keras), where)
+        stages[f"{model.title}: {_BY_KERAS}"].add(of_theirs, thinned(keras), where)
     if of_theirs is not None and of_ours is not None:
-        stages[_of_ours(model)].add(of_ours, of_theirs, where)
+        stages[f"{model.title}: {_OF_OURS}"].add(of_ours, of_theirs, where)
     shares = (
         None
         if answers is None

@@ -19,7 +19,7 @@ from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
-from afferents.recordings.audio import reading_sound
+from afferents.recordings.audio import reading_sound, sound_name
 from afferents.recordings.ros_messages import NS, NUMBER, TEXT, Messages, typestore
 from afferents.store.drum_path import DrumPath
 from afferents.store.recording import Vibration
@@ -147,7 +147,7 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
 
 def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
     """Yield all channels of a sound file in blocks of a tenth of a second."""
-    with reading_sound(Path(audio.path)), soundfile.SoundFile(audio.path) as file:
+    with reading_sound(audio.path), soundfile.SoundFile(sound_name(audio.path)) as file:
         rate_hz, first = file.samplerate, 0
         size = max(1, round(_BLOCK_S * rate_hz))
         for samples in file.blocks(size, dtype="float32", always_2d=True):

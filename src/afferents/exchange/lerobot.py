@@ -8,6 +8,7 @@ recording of a minute fills them. Features of touch are named as proposals for L
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
@@ -104,68 +105,104 @@ def export_lerobot(
     fps = _frame_rate(store, recordings)
     _require_one_shape(store, recordings)
     tasks = sorted({_task(one) for one in recordings})
-    rows: list[dict[str, Any]] = []
-    stats: list[dict[str, Stats]] = []
     with Progress(quiet) as progress, write_aside(out) as partial:
+        written = _DataSet(partial, fps, tasks)
         for responses in progress.track(recordings, "exporting", len(recordings)):
-            first = rows[-1]["dataset_to_index"] if rows else 0
-            video = videos.get(str(responses.attrs["name"]))
-            row, found = _write_episode(partial, responses, video, len(rows), first, fps, tasks)
-            rows.append(row)
-            stats.append(found)
-        features = _described(recordings[0], fps, next(iter(videos.values()), None))
-        _write_meta(partial, rows, stats, tasks, features, fps)
+            written.add_episode(responses, videos.get(str(responses.attrs["name"])))
+        written.add_meta(_described(recordings[0], fps, next(iter(videos.values()), None)))
     return len(recordings)
 
 
-def _write_episode(
-    root: Path,
-    responses: Responses,
-    video: Video | None,
-    number: int,
-    first: int,
-    fps: int,
-    tasks: Sequence[str],
-) -> tuple[dict[str, Any], dict[str, Stats]]:
-    """Write a recording, whose frames are numbered from `first`.
+@dataclass
+class _DataSet:
+    """A data set that is being written.
 
-    Returns
-    -------
-    tuple
-        Its row in the table of episodes, and statistics of its features.
+    Attributes
+    ----------
+    root
+        Its folder.
+    fps
+        Frames a second.
+    tasks
+        All that there are.
+    rows, stats
+        Of each episode that is written: its row in the table of episodes, and statistics of its
+        features.
     """
-    chunk, file = divmod(number, FILES_A_CHUNK)
-    place = {"chunk_index": chunk, "file_index": file}
-    frames = {name: feature.values for name, feature in _features(responses, fps).items()}
-    n = len(frames[TIME])
-    frames |= {
-        "timestamp": (np.arange(n) / fps).astype(np.float32),
-        "frame_index": np.arange(n),
-        "episode_index": np.full(n, number),
-        "index": first + np.arange(n),
-        "task_index": np.full(n, tasks.index(_task(responses))),
-    }
-    _write_table(root / DATA.format(**place), frames)
-    stats = {name: stats_of(values) for name, values in frames.items()}
-    row = {
-        "episode_index": number,
-        "tasks": [_task(responses)],
-        "length": n,
-        "dataset_from_index": first,
-        "dataset_to_index": first + n,
-        "data/chunk_index": chunk,
-        "data/file_index": file,
-        "meta/episodes/chunk_index": 0,
-        "meta/episodes/file_index": 0,
-        "recording": str(responses.attrs["name"]),
-    }
-    if video is not None:
-        path = root / VIDEO.format(video_key=CAMERA, **place)
-        stats[CAMERA] = _write_video(path, video, n, fps)
-        where = {**place, "from_timestamp": 0.0, "to_timestamp": n / fps}
-        row |= {f"videos/{CAMERA}/{key}": value for key, value in where.items()}
-    row |= {f"stats/{k}/{s}": v.tolist() for k, one in stats.items() for s, v in one.items()}
-    return row, stats
+
+    root: Path
+    fps: int
+    tasks: list[str]
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    stats: list[dict[str, Stats]] = field(default_factory=list)
+
+    def add_episode(self, responses: Responses, video: Video | None) -> None:
+        """Write a recording, whose frames are numbered on from those of the one before."""
+        number, fps = len(self.rows), self.fps
+        first = self.rows[-1]["dataset_to_index"] if self.rows else 0
+        chunk, file = divmod(number, FILES_A_CHUNK)
+        place = {"chunk_index": chunk, "file_index": file}
+        frames = {name: feature.values for name, feature in _features(responses, fps).items()}
+        n = len(frames[TIME])
+        frames |= {
+            "timestamp": (np.arange(n) / fps).astype(np.float32),
+            "frame_index": np.arange(n),
+            "episode_index": np.full(n, number),
+            "index": first + np.arange(n),
+            "task_index": np.full(n, self.tasks.index(_task(responses))),
+        }
+        _write_table(self.root / DATA.format(**place), frames)
+        stats = {name: stats_of(values) for name, values in frames.items()}
+        row = {
+            "episode_index": number,
+            "tasks": [_task(responses)],
+            "length": n,
+            "dataset_from_index": first,
+            "dataset_to_index": first + n,
+            "data/chunk_index": chunk,
+            "data/file_index": file,
+            "meta/episodes/chunk_index": 0,
+            "meta/episodes/file_index": 0,
+            "recording": str(responses.attrs["name"]),
+        }
+        if video is not None:
+            path = self.root / VIDEO.format(video_key=CAMERA, **place)
+            stats[CAMERA] = _write_video(path, video, n, fps)
+            where = {**place, "from_timestamp": 0.0, "to_timestamp": n / fps}
+            row |= {f"videos/{CAMERA}/{key}": value for key, value in where.items()}
+        row |= {f"stats/{k}/{s}": v.tolist() for k, one in stats.items() for s, v in one.items()}
+        self.rows.append(row)
+        self.stats.append(stats)
+
+    def add_meta(self, features: dict[str, Any]) -> None:
+        """Write what is known of all episodes, which are there; see `_described`."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        episodes, n_tasks = self.root / EPISODES, len(self.tasks)
+        episodes.parent.mkdir(parents=True)
+        pq.write_table(pa.Table.from_pylist(self.rows), episodes.absolute())
+        named = pd.DataFrame({"task_index": range(n_tasks)}, pd.Index(self.tasks, name="task"))
+        named.to_parquet((self.root / TASKS).absolute())
+        whole = {name: together([one[name] for one in self.stats]) for name in self.stats[0]}
+        info = {
+            "codebase_version": VERSION,
+            "robot_type": "tactile_fingertip",
+            "total_episodes": len(self.rows),
+            "total_frames": self.rows[-1]["dataset_to_index"],
+            "total_tasks": n_tasks,
+            "chunks_size": FILES_A_CHUNK,
+            "data_files_size_in_mb": DATA_MB,
+            "video_files_size_in_mb": VIDEO_MB,
+            "fps": self.fps,
+            "splits": {"train": f"0:{len(self.rows)}"},
+            "data_path": DATA,
+            "video_path": VIDEO if CAMERA in features else None,
+            "features": features,
+        }
+        said = {name: {s: v.tolist() for s, v in one.items()} for name, one in whole.items()}
+        for path, content in ((STATS, said), (INFO, info)):
+            (self.root / path).write_text(json.dumps(content, indent=4))
 
 
 class _Feature(NamedTuple):
@@ -288,42 +325,6 @@ def together(parts: Sequence[Stats]) -> Stats:
         "count": np.array([n.sum()]),
         **{name: np.average(of[name], axis=0, weights=n) for name in _QUANTILES},
     }
-
-
-def _write_meta(
-    root: Path,
-    rows: list[dict[str, Any]],
-    stats: list[dict[str, Stats]],
-    tasks: list[str],
-    features: dict[str, Any],
-    fps: int,
-) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    (root / EPISODES).parent.mkdir(parents=True)
-    pq.write_table(pa.Table.from_pylist(rows), (root / EPISODES).absolute())
-    named = pd.DataFrame({"task_index": range(len(tasks))}, index=pd.Index(tasks, name="task"))
-    named.to_parquet((root / TASKS).absolute())
-    whole = {name: together([one[name] for one in stats]) for name in stats[0]}
-    info = {
-        "codebase_version": VERSION,
-        "robot_type": "tactile_fingertip",
-        "total_episodes": len(rows),
-        "total_frames": rows[-1]["dataset_to_index"],
-        "total_tasks": len(tasks),
-        "chunks_size": FILES_A_CHUNK,
-        "data_files_size_in_mb": DATA_MB,
-        "video_files_size_in_mb": VIDEO_MB,
-        "fps": fps,
-        "splits": {"train": f"0:{len(rows)}"},
-        "data_path": DATA,
-        "video_path": VIDEO if CAMERA in features else None,
-        "features": features,
-    }
-    said = {name: {s: v.tolist() for s, v in one.items()} for name, one in whole.items()}
-    for path, content in ((STATS, said), (INFO, info)):
-        (root / path).write_text(json.dumps(content, indent=4))
 
 
 def _described(first: Responses, fps: int, video: Video | None) -> dict[str, Any]:

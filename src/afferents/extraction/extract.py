@@ -27,10 +27,10 @@ from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
 from afferents.quality.sound import find_overload
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files
-from afferents.recordings.footage import Footage
 from afferents.recordings.media import named
 from afferents.recordings.session import Session, read_session, require_rates_that_agree
 from afferents.recordings.session_file import SessionFile
+from afferents.recordings.video import Footage
 from afferents.store.drum_path import logged_path
 from afferents.store.recording import Recording
 from afferents.store.responses import Responses, label, with_doubts

@@ -20,9 +20,8 @@ from afferents.progress import Progress
 from afferents.quality.sound import find_overload, measure_level, require_finite
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import video_facts
-from afferents.recordings.footage import Footage
 from afferents.recordings.session_file import rate_in
-from afferents.recordings.video import VideoWithProgress, open_clip
+from afferents.recordings.video import Footage, VideoWithProgress, open_clip
 from afferents.reporting.overlay import write_overlay
 from afferents.reporting.recording_figures import (
     markers_figure,

@@ -40,14 +40,14 @@ from .gaps import (
 from .gaps import (
     without_gaps as without_gaps,
 )
-from .natural.nwb import (
-    read_nwb as read_nwb,
-)
 from .natural.reader import (
     described_natural as described_natural,
 )
 from .natural.reader import (
     read_natural as read_natural,
+)
+from .natural.tables import (
+    read_nwb as read_nwb,
 )
 from .neo import (
     from_neo as from_neo,

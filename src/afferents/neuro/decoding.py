@@ -145,8 +145,9 @@ def accuracy_by_resolution(
             cut["stretched"] = _stretched_windows(units, window_s)
         n = {"n_units": units.n_units, "n_trials": units.n_trials}
         for part, by_tested in cut.items():
-            finest = max(by_tested.values(), key=_finest)
-            for resolution_s in _possible(resolutions_s, finest, window_s):
+            finest_s = _SLACK * max(map(_finest, by_tested.values()))
+            possible = [one for one in resolutions_s if finest_s <= one < window_s]
+            for resolution_s in (*possible, window_s):  # the rate is always possible
                 by_speed: dict[float, float] = {}
                 for tested, windows in by_tested.items():
                     across: Across = "windows" if part == "windows" else "speeds"
@@ -202,11 +203,10 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
     """Return the mean over speeds, and its 95% interval by Student's t; NaN where all agree."""
     values = np.array(list(by_speed.values()))
     mean, n = float(values.mean()), len(values)
-    if n < 2:
+    spread = float(values.std(ddof=1)) if n > 1 else 0.0
+    if spread == 0:  # a few shares that agree say nothing of how far they may lie apart
         return {"accuracy": mean, "low": np.nan, "high": np.nan}
-    half = float(student.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))
-    if half == 0:  # a few shares that agree say nothing of how far they may lie apart
-        return {"accuracy": mean, "low": np.nan, "high": np.nan}
+    half = float(student.ppf(0.975, n - 1) * spread / np.sqrt(n))
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
 
 
@@ -347,12 +347,6 @@ def _stretched_windows(units: Spikes, window_s: float) -> dict[float | None, Spi
 
 def _finest(units: Spikes) -> float:
     return float(units.units["resolution_s"].max())
-
-
-def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) -> list[float]:
-    """Return the resolutions that units have, of those asked for, and the window: the rate."""
-    finest = _finest(units)
-    return [one for one in resolutions_s if _SLACK * finest <= one < window_s] + [window_s]
 
 
 def _parts(windows: Spikes) -> list[Across]:

@@ -58,28 +58,23 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
 
 
 @styled
-def resolution_figure(found: pd.DataFrame, source: str) -> Figure:
-    """Draw accuracy against the width of bins; see `neuro.accuracy_by_resolution`."""
-    n_units = int(found["n_units"].max())
-    title = f"Texture read from spikes, by temporal resolution (at most {n_units} units a class)"
-    return _accuracy_figure(found, "width of a bin (ms); the widest is the rate", title, source)
+def accuracy_figure(found: pd.DataFrame, source: str) -> Figure:
+    """Draw accuracy against the width of bins, or of codes against the number of units.
 
-
-@styled
-def units_figure(found: pd.DataFrame, source: str) -> Figure:
-    """Draw accuracy against the number of units; see `neuro.accuracy_by_units`."""
-    title = "Texture read from spikes, by number of units"
-    return _accuracy_figure(found, "units", title, source, "code")
-
-
-def _accuracy_figure(
-    found: pd.DataFrame, x: str, title: str, source: str, by: str = "across"
-) -> Figure:
+    Parameters
+    ----------
+    found
+        As `neuro.accuracy_by_resolution` or `neuro.accuracy_by_units` gives it.
+    """
+    of_codes, most = "code" in found, int(found["n_units"].max())
+    kind = "number of units" if of_codes else f"temporal resolution (at most {most} units a class)"
+    x = "units" if of_codes else "width of a bin (ms); the widest is the rate"
+    title = f"Texture read from spikes, by {kind}"
     parts = [part for part in ACROSS if (found["across"] == part).any()]
     figure = new_figure(4.2 * len(parts) + 0.6, 3.2, title, source)
     panels = figure.subplots(1, len(parts), sharey=True, squeeze=False)[0]
     for part, axes in zip(parts, panels, strict=True):
-        _draw_accuracy(axes, found[found["across"] == part], x, by)
+        _draw_accuracy(axes, found[found["across"] == part], x, "code" if of_codes else "across")
     panels[0].legend(loc="upper left", ncols=2, columnspacing=1.0, handlelength=1.8)
     return figure
 

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.errors import InputError
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
@@ -73,8 +72,6 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
             units.setdefault(str(train.name), {"name": str(train.name), **known})
         rows.append(row)
         trials.append({"duration_s": duration_s, **segment.annotations})
-    if not units:
-        raise InputError(f"{where}: expected segments with spike trains, found none")
     ordered = [name for name in block.annotations.get("units", ()) if name in units]
     units = {name: units[name] for name in (*ordered, *units)}
     trains = [[row.get(name) for name in units] for row in rows]

@@ -21,11 +21,10 @@ from afferents.neuro.decoding import (
 )
 from afferents.neuro.exponent import accuracy_by_exponent, exponents
 from afferents.neuro.figures import (
+    accuracy_figure,
     raster_figure,
-    resolution_figure,
     slope_figure,
     stretch_figure,
-    units_figure,
 )
 from afferents.neuro.natural.reader import read_natural
 from afferents.neuro.speed import (
@@ -238,8 +237,8 @@ def neural(
         tables = _tables(store, spikes, seed, window_s, progress) | of_fibres.tables
     figures = {
         "raster": raster_figure(_shown(spikes, seed), source),
-        "resolution": resolution_figure(tables["resolution"], source),
-        "units": units_figure(tables["units"], source),
+        "resolution": accuracy_figure(tables["resolution"], source),
+        "units": accuracy_figure(tables["units"], source),
         "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
         "slopes": slope_figure(tables["slopes"], source),
         **of_fibres.figures,

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import soundfile
@@ -50,12 +50,6 @@ FULL_SCALE = "full scale"
 """Unit of a sample: 1 is the largest value that the file format holds, a float file apart."""
 
 
-class _Header(NamedTuple):
-    sample_rate_hz: float
-    n_samples: int
-    n_channels: int
-
-
 @dataclass(frozen=True)
 class WavFile:
     """One channel of a sound file; its header is read when first asked for.
@@ -75,8 +69,8 @@ class WavFile:
     channel: int = 1
 
     @cached_property
-    def header(self) -> _Header:
-        """Rate, length and channels as the file declares them.
+    def header(self) -> Any:
+        """Rate, length and channels as the file declares them, by libsndfile's own names.
 
         Raises
         ------
@@ -90,22 +84,22 @@ class WavFile:
         declared = _declared(info.extra_info)
         if info.frames < declared:
             raise self._too_short(declared, info.frames)
-        return _Header(float(info.samplerate), int(info.frames), int(info.channels))
+        return info
 
     @cached_property
     def sample_rate_hz(self) -> float:
         """Sample rate, Hz."""
-        return self.header.sample_rate_hz
+        return float(self.header.samplerate)
 
     @cached_property
     def n_samples(self) -> int:
         """Samples in each channel."""
-        return self.header.n_samples
+        return int(self.header.frames)
 
     @cached_property
     def n_channels(self) -> int:
         """Channels in the file, the sensor's among them."""
-        return self.header.n_channels
+        return int(self.header.channels)
 
     def read(self) -> xr.DataArray:
         """Read the sensor's channel.

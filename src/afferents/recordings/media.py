@@ -236,24 +236,20 @@ class Pattern:
     def __init__(self, text: str, where: Path | str = "pattern") -> None:
         self.text, self.where = text, where
         self.names = [name for name, star in _PART.findall(text) if not star]
-        wrong = [name for name in self.names if not _NAME.fullmatch(name)]
-        parts = Path(text).parts
-        if wrong or re.search(r"[{}]", _PART.sub("", text)):
-            raise InputError(
-                f"{where}: expected a pattern with names in braces, found '{text}'; {_HOW}"
-            )
-        if "speed_mm_s" in self.names:
-            raise InputError(
-                f"{where}: expected a pattern with {{speed}}, found '{text}'; the speed is in mm/s"
-            )
-        if len(set(self.names)) < len(self.names):
-            raise InputError(
-                f"{where}: expected a pattern with each name once, found '{text}'; {_HOW}"
-            )
-        if not parts or Path(text).is_absolute() or ".." in parts:
-            raise InputError(
-                f"{where}: expected a pattern of paths in its folder, found '{text}'; {_HOW}"
-            )
+        parts, names = Path(text).parts, self.names
+        open_brace = re.search(r"[{}]", _PART.sub("", text))
+        for wrong, expected, do in (
+            (open_brace or not all(map(_NAME.fullmatch, names)), "with names in braces", _HOW),
+            ("speed_mm_s" in names, "with {speed}", "the speed is in mm/s"),
+            (len(set(names)) < len(names), "with each name once", _HOW),
+            (
+                not parts or Path(text).is_absolute() or ".." in parts,
+                "of paths in its folder",
+                _HOW,
+            ),
+        ):
+            if wrong:
+                raise InputError(f"{where}: expected a pattern {expected}, found '{text}'; {do}")
         self._short, self._long = (re.compile(self._regex(lazy)) for lazy in ("?", ""))
 
     def _regex(self, lazy: str) -> str:

@@ -21,11 +21,8 @@ SOUND = "foxglove_msgs/msg/RawAudio"
 ROS_SOUND = "audio_common_msgs/msg/AudioData"
 ROS_SOUND_STAMPED = "audio_common_msgs/msg/AudioDataStamped"
 ROS_SOUND_INFO = "audio_common_msgs/msg/AudioInfo"
-NUMBER, NUMBERS, TEXT = (
-    "std_msgs/msg/Float64",
-    "std_msgs/msg/Float32MultiArray",
-    "std_msgs/msg/String",
-)
+NUMBER, NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float32MultiArray"
+TEXT = "std_msgs/msg/String"
 PCM = "pcm-s16"
 _POINTS = 1
 """Of PointsAnnotation: single points, not a line."""

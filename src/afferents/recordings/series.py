@@ -13,12 +13,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError, then
+from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings.tables import Signal, Table, read_table
+from afferents.recordings.tables import Numbers, Signal, Table, read_table
 from afferents.store.trimming import require_reached
-
-Numbers = NDArray[np.float64]
 
 _PASSED = 0.42
 """Share of the rate up to which the filter against aliasing passes all."""
@@ -199,22 +197,17 @@ class SeriesFile:
         if self.signal.duplicates == "once":
             new = np.append(True, (np.diff(table.values, axis=0) != 0).any(axis=1))
             table = table._replace(values=table.values[new], place=table.place[new])
-        return (table, None) if self.signal.resample_hz is None else self._resampled(table)
+        rate_hz = self.signal.resample_hz
+        return (table, None) if rate_hz is None else self._resampled(table, rate_hz)
 
-    def _resampled(self, table: Table) -> tuple[Table, Rows]:
-        rate_hz, time_ms = self.signal.resample_hz, self._time_ms(table)
-        assert rate_hz is not None
-        assert time_ms is not None
+    def _resampled(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
+        time_ms = self._time_ms(table)
+        assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
         kept = in_order(time_ms)
         self._check_order(table, time_ms, kept)
         time_ms = time_ms[kept]
-        if len(time_ms) < 2:
-            raise InputError(
-                f"{self.path}: expected two rows or more to resample, found {len(time_ms)}"
-            )
-        step = np.diff(time_ms)
-        usual_ms, longest_ms = float(np.median(step)), float(step.max())
+        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
         allowed_hz = rate_hz * (0.5 if _finer(time_ms, rate_hz) == 1 else _PASSED)
         limit_hz = min(allowed_hz, 500 / usual_ms)
         rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
@@ -223,9 +216,7 @@ class SeriesFile:
         values = resampled(time_ms, table.values[kept], rate_hz, cubic)
         return table._replace(values=values, place=np.arange(len(values))), rows
 
-    def _check_order(
-        self, table: Table, time_ms: NDArray[np.float64], kept: NDArray[np.bool_]
-    ) -> None:
+    def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
         share = 1 - kept.mean()
         if share > self.signal.out_of_order:
             row = int(np.argmin(kept))
@@ -237,7 +228,7 @@ class SeriesFile:
             )
 
     def _check_gaps(
-        self, place: NDArray[np.int64], unit: str, time_ms: NDArray[np.float64], rows: Rows
+        self, place: NDArray[np.int64], unit: str, time_ms: Numbers, rows: Rows
     ) -> None:
         longest_ms = self.signal.longest_gap_ms or _BRIDGED * rows.step_ms
         if rows.longest_ms > longest_ms * (1 + _ROUNDING):
@@ -259,19 +250,19 @@ class SeriesFile:
         return found
 
     def _named(self, wanted: str | int, table: Table) -> Sequence[str]:
-        found = fnmatch.filter(table.columns, str(wanted))
-        exact = [name for name in table.columns if name == str(wanted)]
-        if not (exact or found):
+        name = str(wanted)
+        found = [name] if name in table.columns else fnmatch.filter(table.columns, name)
+        if not found:
             where = f"{self.path}, line 1" if table.unit == "line" else self.path
             raise InputError(
-                f"{where}: expected the column '{wanted}', found {', '.join(table.columns)}"
+                f"{where}: expected the column '{name}', found {', '.join(table.columns)}"
             )
-        return exact or found
+        return found
 
     def _time_name(self) -> str | None:
         return None if self.signal.time is None else str(self.signal.time)
 
-    def _time_ms(self, table: Table) -> NDArray[np.float64] | None:
+    def _time_ms(self, table: Table) -> Numbers | None:
         """Return the times of all rows, ms; None where no column says."""
         name = self._time_name()
         if name is None:
@@ -289,21 +280,21 @@ class SeriesFile:
                 f"{self.path}: expected a sample rate, found none; say sample_rate_hz or the time "
                 "column in [signal]"
             )
-        step = np.diff(time_ms)
-        usual_ms = float(np.median(step)) if len(step) else 0.0
-        if usual_ms <= 0:
-            expected, do = (
-                "times that go on, to tell the rate by",
-                "say sample_rate_hz, or resample",
-            )
-            raise InputError(
-                f"{self.path}: expected {expected}, found steps of {usual_ms:g} ms "
-                f"(median){then(do)}"
-            )
+        step, usual_ms = np.diff(time_ms), self._usual_step_ms(time_ms)
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         # To six digits: float times add noise, and all recordings must share one axis.
         return float(f"{1000 / usual_ms:.6g}")
+
+    def _usual_step_ms(self, time_ms: Numbers) -> float:
+        """Return the median step between rows, ms; refuse times that don't go on."""
+        usual_ms = float(np.median(np.diff(time_ms))) if len(time_ms) > 1 else 0.0
+        if usual_ms <= 0:
+            raise InputError(
+                f"{self.path}: expected times that go on, found steps of {usual_ms:g} ms (median); "
+                "say sample_rate_hz in [signal] and leave the time column out of it, or resample"
+            )
+        return usual_ms
 
     def _check_clock(self, table: Table, rate_hz: float) -> None:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
@@ -316,12 +307,7 @@ class SeriesFile:
             return
         period_ms, step = 1000 / rate_hz, np.diff(time_ms)
         jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
-        usual_ms = float(np.median(step))
-        if usual_ms <= 0:
-            raise InputError(
-                f"{self.path}: expected times that go on, found steps of {usual_ms:g} ms (median); "
-                "leave the time column out of [signal], or resample"
-            )
+        usual_ms = self._usual_step_ms(time_ms)
         if abs(usual_ms - period_ms) > max(jitter_ms, _AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
@@ -333,12 +319,10 @@ class SeriesFile:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
 
     def _irregular(
-        self, table: Table, time_ms: NDArray[np.float64], row: int, period_ms: float, jitter: float
+        self, table: Table, time_ms: Numbers, row: int, period_ms: float, jitter: float
     ) -> InputError:
-        where, (before, now) = (
-            f"{self.path}, {table.unit} {table.place[row]}",
-            time_ms[row - 1 : row + 1],
-        )
+        where = f"{self.path}, {table.unit} {table.place[row]}"
+        before, now = time_ms[row - 1 : row + 1]
         if now < before:
             found = f"{before:g} ms, then {now:g} ms"
             return InputError(f"{where}: expected times that go on, found {found}; {_UNEVEN}")

@@ -16,7 +16,7 @@ from afferents.documents import as_form, read_toml
 from afferents.errors import InputError, reading
 from afferents.forms import StrictForm
 from afferents.plugins import import_extra
-from afferents.recordings.audio import WavFile
+from afferents.recordings.audio import WavFile, sound_name
 from afferents.recordings.media import Pattern
 
 INTEGER = re.compile(r"[-+]?\d+")
@@ -382,7 +382,7 @@ def _hdf5(path: Path, signal: Signal) -> Table:
 def _sound(path: Path, signal: Signal) -> Table:
     import soundfile
 
-    samples, rate_hz = soundfile.read(path, dtype="float64", always_2d=True)
+    samples, rate_hz = soundfile.read(sound_name(path), dtype="float64", always_2d=True)
     _ = WavFile(path, 0).header  # refuses one that was cut off
     table = _columns(path, _parts("", samples))
     return table._replace(rate_hz=float(rate_hz))

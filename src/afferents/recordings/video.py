@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -18,8 +18,10 @@ from av.video.stream import VideoStream
 
 from afferents.errors import InputError, reading
 from afferents.progress import Progress
+from afferents.quality.frames import FrameFigures
+from afferents.quality.issues import QualityIssue
 from afferents.recordings.media import ImageFolder
-from afferents.store.recording import Frame, GreyImage
+from afferents.store.recording import Frame, GreyImage, Video
 
 _BLACK, _WHITE = 16, 235
 _EXPANDED: Final = np.clip(
@@ -42,9 +44,11 @@ _BROADCAST = ("mpeg", "mpegts")
 
 
 class _Header(NamedTuple):
-    """What the container declares; None where it declares none.
+    """What the container declares; None where it declares no number of frames.
 
     `origin_s` is when its clock begins to count for us, s: streams for broadcast begin at any time.
+    `duration_s` is number of frames / average rate where there is a count: of an avi that was cut
+    off, FFmpeg shortens the duration to fit, but leaves the count. It is 0 where neither is known.
     """
 
     fps_hz: float
@@ -53,7 +57,7 @@ class _Header(NamedTuple):
     n_frames: int | None
     start_s: float
     origin_s: float
-    container_s: float | None
+    duration_s: float
 
 
 @dataclass(frozen=True)
@@ -105,25 +109,12 @@ class VideoFile:
     @cached_property
     def n_frames(self) -> int:
         """Frames as declared; duration times rate where the container declares no count."""
-        if self.header.n_frames is not None:
-            return self.header.n_frames
-        return round(self._container_s * self.header.fps_hz)
+        return self.header.n_frames or round(self.header.duration_s * self.header.fps_hz)
 
     @cached_property
     def duration_s(self) -> float:
         """Duration as declared, s; 0 where the container declares none."""
-        return self.n_frames / self.rate_hz if self.rate_hz else self._container_s
-
-    @cached_property
-    def _container_s(self) -> float:
-        """Duration by the container's own rate, s.
-
-        Number of frames / average rate where there is a count: of an avi that was cut off,
-        FFmpeg shortens the duration to fit, but leaves the count.
-        """
-        if self.header.n_frames is not None:
-            return self.header.n_frames / self.header.fps_hz
-        return self.header.container_s or 0.0
+        return self.n_frames / self.rate_hz if self.rate_hz else self.header.duration_s
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, in order of presentation, one frame at a time.
@@ -178,13 +169,13 @@ class VideoFile:
         if n == 0:
             return True
         if self.header.n_frames is None:
-            return end_s < self._container_s - _END_TOLERANCE_S
-        declared_end_s = self.header.start_s + self._container_s
+            return end_s < self.header.duration_s - _END_TOLERANCE_S
+        declared_end_s = self.header.start_s + self.header.duration_s
         return n < self.header.n_frames and end_s < declared_end_s - 0.5 / self.header.fps_hz
 
     def _stopped(self, n: int, end_s: float, how: str) -> InputError:
         return InputError(
-            f"{self.path}: expected {self.n_frames} frames ({self._container_s:.2f} s) as the "
+            f"{self.path}: expected {self.n_frames} frames ({self.header.duration_s:.2f} s) as the "
             f"container declares, found {how} at {end_s:.2f} s after {n} frames; copy or record "
             "the file again"
         )
@@ -269,15 +260,10 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
 
 
 def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
-    """Return what makes a decoded frame's picture in colour; None where it holds none."""
+    """Return what makes the picture, (height, width, 3), blue, green, red; None of a grey one."""
     if len(frame.format.components) < _COLOURS:
         return None
-    return partial(_bgr, frame)
-
-
-def _bgr(frame: VideoFrame) -> GreyImage:
-    """Return the picture in colour, (height, width, 3), blue, green, red."""
-    return np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
+    return lambda: np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
 
 
 def _luma(plane: VideoPlane) -> GreyImage:
@@ -315,11 +301,10 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
             "size, found neither in it"
         )
     start_s = float((stream.start_time or 0) * (stream.time_base or 0))
-    container_s = None if container.duration is None else container.duration / av.time_base
-    return _Header(
-        float(rate), stream.width, stream.height, stream.frames or None, start_s,
-        start_s if container.format.name in _BROADCAST else 0.0, container_s,
-    )  # fmt: skip
+    origin_s = start_s if container.format.name in _BROADCAST else 0.0
+    n, fps_hz = stream.frames or None, float(rate)
+    duration_s = n / fps_hz if n else (container.duration or 0) / av.time_base
+    return _Header(fps_hz, stream.width, stream.height, n, start_s, origin_s, duration_s)
 
 
 class VideoWithProgress:
@@ -337,3 +322,32 @@ class VideoWithProgress:
         for frame in self._progress.track(frames, "tracking", self._video.n_frames):
             self.last = frame
             yield frame
+
+
+class Footage:
+    """A video that is measured as it is decoded: wraps another, and may be tracked in its place.
+
+    Implements `afferents.store.recording.Video`.
+
+    Attributes
+    ----------
+    figures
+        Of the frames decoded since the last start.
+    """
+
+    def __init__(self, video: Video) -> None:
+        """Decode nothing yet."""
+        self.video, self.figures = video, FrameFigures()
+        self.path, self.fps_hz = video.path, video.fps_hz
+        self.width, self.height = video.width, video.height
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start, and measure anew."""
+        self.figures = FrameFigures()
+        for frame in self.video.frames():
+            self.figures.add(frame.time_s, frame.luma, frame.levels)
+            yield frame
+
+    def find_issues(self, steady_s: tuple[float, float] | None = None) -> list[QualityIssue]:
+        """Find what is wrong with the pictures decoded, while the drum slides (s)."""
+        return self.figures.find_issues(self.path, steady_s)

@@ -45,45 +45,6 @@ class Input(NamedTuple):
     receptive_fields: list[tuple[int, ...]]
 
 
-def of_markers(recording: Responses, variable: str, start_s: float, stop_s: float) -> Input:
-    """Return the response of each marker; current is interpolated between frames."""
-    time_s = recording[dims.TIME].values
-    response = recording[variable].values
-    row, weight = on_steps(time_s, start_s, stop_s)
-    fields: list[tuple[int, ...]] = [(marker,) for marker in range(response.shape[1])]
-    return Input(response, row, weight, float(np.median(np.diff(time_s))), fields)
-
-
-def of_bands(
-    recording: Responses,
-    variable: str,
-    bands_hz: Sequence[tuple[float, float]],
-    start_s: float,
-    stop_s: float,
-) -> Input:
-    """Return the first channel's vibration in each band (Butterworth, second order, both ways).
-
-    A band that the sample rate can't hold is silent.
-
-    Raises
-    ------
-    InputError
-        If the rate holds none of the bands.
-    """
-    vibration = recording[variable]
-    rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
-    if not any(held(bands_hz, rate_hz)):
-        lowest = min(high for _, high in bands_hz) * 2 / _NYQUIST_SHARE
-        where, found = recording.attrs["name"], f"{rate_hz:g}"
-        raise InputError(
-            f"{where}: expected vibration of more than {lowest:.0f} samples/s, found {found}"
-        )
-    signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
-    n = round((stop_s - start_s) * RATE_HZ)
-    bands = in_bands(signal, rate_hz, bands_hz, n)
-    return Input(bands, np.arange(n), np.zeros(n, np.float32), 1 / RATE_HZ, [(0,)] * len(bands_hz))
-
-
 def held(bands_hz: Sequence[tuple[float, float]], rate_hz: float) -> list[bool]:
     """Tell which bands a sample rate can hold."""
     return [high < _NYQUIST_SHARE * rate_hz / 2 for _, high in bands_hz]
@@ -174,10 +135,40 @@ class AfferentClass(StrictForm):
         return {name: parameter.value for name, parameter in parameters.items()}
 
     def input_of(self, recording: Responses, start_s: float, stop_s: float) -> Input:
-        """Return the response to a stretch of a recording that drives the units."""
-        if self.bands_hz:
-            return of_bands(recording, self.variable, self.bands_hz, start_s, stop_s)
-        return of_markers(recording, self.variable, start_s, stop_s)
+        """Return the response to a stretch of a recording that drives the units.
+
+        Raises
+        ------
+        InputError
+            If the sample rate of vibration holds none of the bands.
+        """
+        of = self._of_vibration if self.bands_hz else self._of_markers
+        return of(recording, start_s, stop_s)
+
+    def _of_markers(self, recording: Responses, start_s: float, stop_s: float) -> Input:
+        """Return the response of each marker; current is interpolated between frames."""
+        time_s, response = recording[dims.TIME].values, recording[self.variable].values
+        row, weight = on_steps(time_s, start_s, stop_s)
+        fields: list[tuple[int, ...]] = [(marker,) for marker in range(response.shape[1])]
+        return Input(response, row, weight, float(np.median(np.diff(time_s))), fields)
+
+    def _of_vibration(self, recording: Responses, start_s: float, stop_s: float) -> Input:
+        """Return the first channel's vibration in each band (Butterworth, second order, both ways).
+
+        A band that the sample rate can't hold is silent.
+        """
+        vibration, bands_hz = recording[self.variable], self.bands_hz
+        rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
+        if not any(held(bands_hz, rate_hz)):
+            lowest = min(high for _, high in bands_hz) * 2 / _NYQUIST_SHARE
+            raise InputError(
+                f"{recording.attrs['name']}: expected vibration of more than {lowest:.0f} "
+                f"samples/s, found {rate_hz:g}"
+            )
+        signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
+        n = round((stop_s - start_s) * RATE_HZ)
+        bands, at_once = in_bands(signal, rate_hz, bands_hz, n), np.zeros(n, np.float32)
+        return Input(bands, np.arange(n), at_once, 1 / RATE_HZ, [(0,)] * len(bands_hz))
 
     def current(
         self, response: NDArray[np.floating], gain: float, seed: int

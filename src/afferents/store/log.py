@@ -12,7 +12,7 @@ import pandas as pd
 from pydantic import BaseModel
 
 from afferents.documents import as_form, parse_json
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reading
 from afferents.files import write_aside
 
 _DO = "bring it back as it was, remove it, or record or simulate again"
@@ -69,7 +69,7 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
             raise InputError(f"{path}: expected a log in CSV, found an earlier one, Parquet; {_DO}")
         return None
     what = f"a log with {', '.join(columns)}"
-    try:
+    with reading(path, what, OSError, ValueError, do=_DO):
         with path.open(encoding="utf-8", newline="") as file:
             said = parse_json(file.readline().removeprefix("#"), path, what, _DO)
             head = as_form(said, Head, path, what, _DO)
@@ -82,6 +82,4 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
             raise ValueError("rows longer than the names of columns")
         if len(table) != head.rows:
             raise ValueError(f"{len(table)} of its {head.rows} rows")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: expected {what}, found {reason_of(error)}; {_DO}") from error
     return head, table[list(columns)]

@@ -60,26 +60,21 @@ class Video(Protocol):
     @property
     def path(self) -> Path:
         """The file."""
-        ...
 
     @property
     def fps_hz(self) -> float:
         """Nominal frame rate, Hz."""
-        ...
 
     @property
     def width(self) -> int:
         """Width, px."""
-        ...
 
     @property
     def height(self) -> int:
         """Height, px."""
-        ...
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, in order of presentation."""
-        ...
 
 
 class Vibration(Protocol):
@@ -88,26 +83,21 @@ class Vibration(Protocol):
     @property
     def path(self) -> Path:
         """The file."""
-        ...
 
     @property
     def sample_rate_hz(self) -> float:
         """Sample rate, Hz."""
-        ...
 
     @property
     def n_samples(self) -> int:
         """Samples in each channel."""
-        ...
 
     @property
     def n_channels(self) -> int:
         """Channels in the file."""
-        ...
 
     def read(self) -> xr.DataArray:
         """Return `(audio_time, channel)` float32 with `sample_rate_hz` and `units` in attrs."""
-        ...
 
 
 @dataclass(frozen=True)

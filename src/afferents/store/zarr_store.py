@@ -8,16 +8,17 @@ is complete; its digest (`store.integrity`) tells one that has changed since. Pl
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
-import zarr
+from pydantic import BaseModel
 
 from afferents import dims
-from afferents.documents import read_json
+from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import naming, require_same_config, write_aside
+from afferents.files import require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.store.integrity import (
     ROOT,
@@ -40,6 +41,12 @@ FOLLOWS = ("declared", "recordings", "sensors")
 and recordings added without another store; what was made under another declaration is made anew."""
 
 
+class _Config(BaseModel):
+    """What the configuration of a store must say; the rest stands beside it."""
+
+    recordings: list[str]
+
+
 def create_store(store: Path, config: Mapping[str, Any]) -> None:
     """Create an empty store, or check that the one there was begun with the same `config`.
 
@@ -60,11 +67,10 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             )
         if there:  # a store without any is as good as new
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
-        if earlier != config:
-            _rewrite_root(store, config)
-        return
+        if earlier == config:
+            return
     require_no_store(store)
-    _write_group(store, _root_attributes(config))
+    _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
 
 
 def require_no_store(store: Path) -> None:
@@ -106,21 +112,14 @@ def store_config(store: Path) -> dict[str, Any]:
         raise InputError(
             f"{store}: expected format {FORMAT!r}, schema {SCHEMA}, found {found}{then(do)}"
         )
-    config = attributes.get("config")
-    if not (isinstance(config, dict) and _are_names(config.get("recordings"))):
-        raise InputError(
-            f"{store / ROOT}: expected the configuration of a store, found a damaged one; extract "
-            "again"
-        )
+    config: dict[str, Any] = attributes.get("config", {})
+    as_form(config, _Config, store / ROOT, "the configuration of a store", "extract again")
     return config
 
 
 def is_tracks(path: Path) -> bool:
     """Tell whether a folder is a store of one video's tracks."""
-    try:
-        return (path / ROOT).is_file() and attributes_of(path).get("format") == TRACKS
-    except InputError:
-        return False
+    return bool(attributes_there(path).get("format") == TRACKS)
 
 
 def write_responses(store: Path, responses: Responses) -> None:
@@ -193,19 +192,17 @@ def require_same_files(store: Path, name: str, checksum: str) -> None:
 
 def attributes_there(group: Path) -> dict[str, Any]:
     """Return the attributes of a group; none where it is missing or damaged."""
-    try:
+    with suppress(InputError):
         return attributes_of(group)
-    except InputError:
-        return {}
+    return {}
 
 
 def is_whole(store: Path, name: str) -> bool:
     """Tell whether a store holds a recording that can be opened."""
-    try:
+    with suppress(InputError):
         _open(store, name)
-    except InputError:
-        return False
-    return True
+        return True
+    return False
 
 
 def recordings_there(store: Path) -> int:
@@ -310,16 +307,8 @@ def _open(store: Path, name: str) -> Responses:
     return checked
 
 
-def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {"format": FORMAT, "schema": SCHEMA, "config": dict(config)}
-
-
 def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
-
-
-def _are_names(names: object) -> bool:
-    return isinstance(names, list) and all(isinstance(name, str) for name in names)
 
 
 def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
@@ -349,14 +338,8 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
     return {"chunks": tuple(max(1, size) for size in chunks)}
 
 
-def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
-    """Give a store another configuration, at one stroke, which Zarr does not."""
-    attributes = _root_attributes(config)
-    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
-    with write_aside(store / ROOT) as partial:
-        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
-
-
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
-    with naming(path):
-        zarr.create_group(path, zarr_format=3, attributes=dict(attributes))
+    """Write what makes a folder a group, or give one other attributes, at one stroke."""
+    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
+    with write_aside(path / ROOT) as partial:
+        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")

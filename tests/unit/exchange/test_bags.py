@@ -1,7 +1,9 @@
 """Recordings as bags of ROS 2, and back: the same pictures, sound, times and tracks."""
 
 import json
+import os
 import shutil
+import sys
 
 import av
 import cv2
@@ -19,13 +21,16 @@ pytest.importorskip("rosbags")
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from afferents.exchange.bags import _sound_of_file
 from afferents.recorder.bags import Bag, extract_files
+from afferents.recordings.audio import WavFile
 from afferents.recordings.ros_messages import (
     PICTURE,
     RAW_PICTURE,
     ROS_SOUND,
     ROS_SOUND_INFO,
     ROS_SOUND_STAMPED,
+    Messages,
     typestore,
 )
 from afferents.recordings.video import VideoFile
@@ -88,6 +93,14 @@ def test_a_recording_comes_back_as_it_went(rig, tmp_path):
     (before,), (after,) = open_responses(store), open_responses(tmp_path / "back.zarr")
     for name in ("position", "sa1", "ra1", "ra2"):
         np.testing.assert_array_equal(before[name].values, after[name].values)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_the_name_of_a_sound_file_need_not_be_text(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff.wav")
+    soundfile.write(os.fsencode(path), np.zeros((800, 2)), 8000)
+    blocks = [*_sound_of_file(Messages(typestore()), WavFile(path))]
+    assert [block.at_ns for block in blocks] == [0]
 
 
 def test_markers_and_responses_are_those_of_the_store(rig):

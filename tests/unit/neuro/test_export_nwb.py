@@ -16,6 +16,7 @@ from afferents.neuro.nwb.media import add_sounds, add_videos
 from afferents.neuro.nwb.tables import Laid, add_trials, laid_out
 from afferents.recordings.media import ImageFolder
 from afferents.spikes import Spikes
+from afferents.spikes.artificial import ends_of
 from afferents.store.recording import Recording
 from afferents.store.zarr_store import open_responses
 
@@ -57,7 +58,7 @@ def test_the_inspector_finds_nothing_critical(written):
 
 def test_videos_sound_and_markers_lie_on_one_clock(content, written, stores, small_session):
     laid = laid_out(open_responses(stores["video"]))
-    assert all(a.stop_s < b.start_s for a, b in pairwise(laid))
+    assert all(a.start_s + max(ends_of(a.responses)) < b.start_s for a, b in pairwise(laid))
     series = content.processing["behavior"]["markers"].pose_estimation_series
     times_s = series["marker_007"].timestamps[:]
     for one in laid:
@@ -109,7 +110,7 @@ def test_vibration_that_is_no_sound_is_a_series_that_keeps_its_unit(unit, kind):
     vibration = xr.DataArray(np.zeros((50, 1)), dims=("sample", "channel"), attrs=about)
     responses = xr.Dataset({"ra2": vibration}, attrs={"name": "1/20"})
     nwbfile = pynwb.NWBFile("signals", "id", datetime(2026, 1, 1, tzinfo=UTC))
-    add_sounds(nwbfile, [Laid(responses, 0.0, 0.05)])
+    add_sounds(nwbfile, [Laid(responses, 0.0)])
     series = nwbfile.acquisition["sound_1_20"]
     assert (type(series).__name__, series.unit) == (kind, unit)
 

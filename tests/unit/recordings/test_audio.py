@@ -1,6 +1,8 @@
 """Sound files that libsndfile just wrote, and wavs that are shorter than they declare."""
 
+import os
 import struct
+import sys
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import soundfile
 
 from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
+from afferents.recordings.tables import Signal, read_table
 
 PLAIN = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW"]
 
@@ -45,6 +48,14 @@ def test_unreadable(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"audio\.wav: expected a readable sound file"):
         WavFile(path).read()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_a_name_need_not_be_text(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff.wav")
+    soundfile.write(os.fsencode(path), np.full((100, 1), 0.5), 8000)
+    assert WavFile(path, channel=0).read().shape == (100, 1)
+    assert read_table(path, Signal()).values.tolist() == [[0.5]] * 100
 
 
 def test_empty_and_missing(tmp_path, write_audio):

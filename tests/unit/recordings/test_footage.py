@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from afferents.quality.frames import describe_repeats
-from afferents.recordings.footage import Footage
-from afferents.recordings.video import open_video
+from afferents.recordings.video import Footage, open_video
 from afferents.store.recording import Frame
 
 from ..films import write_film

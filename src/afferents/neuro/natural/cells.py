@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents.errors import InputError, then
+from afferents.errors import InputError, reading, then
 from afferents.neuro.natural.description import (
     AXES,
     MM_S,
@@ -86,14 +86,10 @@ def _leave_out_unrecorded(
     """Make gaps of the empty trials whose rate is NaN; refuse rates that contradict the times."""
     sizes = iter(trains.shape)
     levels = [[next(sizes) for _ in names] for names in cells.levels]
-    try:
+    each = f"a number for each of {' x '.join(map(str, trains.shape))} trials"
+    what = f"{each} in '{cells.rates}', nested as '{cells.variable}'"
+    with reading(where, what, TypeError, ValueError, do=_OTHERWISE):
         found = _numbers_in(rates, levels)
-    except (TypeError, ValueError):
-        expected = f"a number for each of {' x '.join(map(str, trains.shape))} trials"
-        raise InputError(
-            f"{where}: expected {expected} in '{cells.rates}', nested as '{cells.variable}', found "
-            f"others; {_OTHERWISE}"
-        ) from None
     for at in np.ndindex(trains.shape):
         n = 0 if trains[at] is None else len(trains[at])
         if (n > 0) != (found[at] > 0) and (n > 0 or cells.cut is None):  # all may be cut off
@@ -346,10 +342,8 @@ class _Conditions:
         return labels
 
     def _numbers(self, values: Any, what: str) -> NDArray[np.float64]:
-        try:
+        with reading(self._where, f"numbers for {what}", TypeError, ValueError):
             return np.asarray(values, np.float64)
-        except (TypeError, ValueError):
-            raise InputError(f"{self._where}: expected numbers for {what}, found others") from None
 
 
 def _single(value: Any) -> Any:

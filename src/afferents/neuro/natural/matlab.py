@@ -151,12 +151,8 @@ def _field(value: Any, names: list[str], name: str, path: Path) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
         return _mapped(lambda one: _field(one, names, name, path), value)
     part, *others = names
-    if not isinstance(value, dict):
-        raise InputError(
-            f"{path}: expected a struct with the field '{part}', for {name}, found no struct"
-        )
-    if part not in value:
-        raise InputError(
-            f"{path}: expected the field '{part}', for {name}, found fields {', '.join(value)}"
-        )
-    return _field(value[part], others, name, path)
+    fields = value if isinstance(value, dict) else {}
+    if part not in fields:
+        found = f"fields {', '.join(fields)}" if fields else "no struct"
+        raise InputError(f"{path}: expected the field '{part}', for {name}, found {found}")
+    return _field(fields[part], others, name, path)

@@ -1,6 +1,6 @@
 """Natural afferents as `Spikes`: published recordings that a small TOML file describes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from afferents.errors import InputError
@@ -13,38 +13,19 @@ from afferents.neuro.natural.description import (
     Trials,
     read_description,
 )
-from afferents.neuro.natural.nwb import spikes_of_nwb
-from afferents.neuro.natural.tables import spikes_of_table
+from afferents.neuro.natural.tables import spikes_of_nwb, spikes_of_table
 from afferents.spikes.population import Spikes
 
 Reader = Callable[[Path, NaturalFile, Path], Spikes]
-_READERS: dict[str, Reader] = {
-    ".mat": spikes_of_cells,
-    ".nwb": spikes_of_nwb,
-    ".csv": spikes_of_table,
-    ".parquet": spikes_of_table,
+_IN_COLUMNS = {"words", "speeds_mm_s", "speed_unknown", "speed_unit", *Columns.model_fields}
+_OF_TABLES = (spikes_of_table, _IN_COLUMNS | {"unit", "unsorted", "duration_s"})
+_READERS: dict[str, tuple[Reader, set[str]]] = {
+    ".mat": (spikes_of_cells, {*Cells.model_fields, *Fibres.model_fields, *Trials.model_fields}),
+    ".nwb": (spikes_of_nwb, _IN_COLUMNS - {"time"}),
+    ".csv": _OF_TABLES,
+    ".parquet": _OF_TABLES,
 }
-"""By suffix."""
-_TRIALS = {"speeds_mm_s", "speed_unknown", "speed_unit"}
-_READ: dict[Reader, dict[str, set[str]]] = {
-    spikes_of_cells: {
-        "spikes": {*Cells.model_fields},
-        "fibres": {*Fibres.model_fields},
-        "trials": {*Trials.model_fields},
-    },
-    spikes_of_nwb: {
-        "fibres": {"words"},
-        "trials": _TRIALS,
-        "columns": {*Columns.model_fields} - {"time"},
-    },
-    spikes_of_table: {
-        "spikes": {"unit", "unsorted"},
-        "fibres": {"words"},
-        "trials": _TRIALS | {"duration_s"},
-        "columns": {*Columns.model_fields},
-    },
-}
-"""Keys that each reader reads, by table of the description."""
+"""By suffix, with the keys of the description that each reads, whichever table they stand in."""
 
 
 def read_natural(description: str | Path) -> Spikes:
@@ -74,8 +55,8 @@ def read_natural(description: str | Path) -> Spikes:
     path = Path(description)
     described = read_description(path)
     file = path.parent / described.file
-    read = _READERS.get(file.suffix.lower())
-    if read is None:
+    suffix = file.suffix.lower()
+    if suffix not in _READERS:
         raise InputError(
             f"{path}: expected a file of {', '.join(_READERS)}, found '{described.file}'"
         )
@@ -83,14 +64,15 @@ def read_natural(description: str | Path) -> Spikes:
         raise InputError(
             f"{path}: expected the file '{described.file}' beside it, found no such file"
         )
-    _require_read(described, _READ[read], path)
+    read, keys = _READERS[suffix]
+    _require_read(described, keys, path)
     return read(file, described, path)
 
 
-def _require_read(described: NaturalFile, read: Mapping[str, set[str]], path: Path) -> None:
+def _require_read(described: NaturalFile, keys: set[str], path: Path) -> None:
     """Refuse keys of a description that say nothing of such a file."""
     for table in ("spikes", "fibres", "trials", "columns"):
-        if other := sorted(getattr(described, table).model_fields_set - read.get(table, set())):
+        if other := sorted(getattr(described, table).model_fields_set - keys):
             expected = f"what is read of {Path(described.file).suffix} files"
             raise InputError(
                 f"{path}: expected {expected}, found '{other[0]}' in [{table}]; remove it"

@@ -1,18 +1,21 @@
-"""Tables with a row a spike as `Spikes`, and columns of whatever table holds trials."""
+"""Tables with a row a spike, and NWB files, as `Spikes`: both hold fibres and trials in columns."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from afferents.errors import InputError, reading
 from afferents.neuro.natural.description import (
     MM_S,
     SECONDS,
     Columns,
+    Fibres,
     NaturalFile,
+    Trials,
     as_text,
     classes_of,
 )
@@ -141,7 +144,151 @@ def numbers_of(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
     InputError
         If it is not there, or holds others.
     """
-    try:
+    with reading(file, f"numbers in the column '{name}'", TypeError, ValueError):
         return column_of(table, name, file).astype(np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{file}: expected numbers in the column '{name}', found others") from None
+
+
+# Units and trials of an NWB file.
+
+_WITHIN_S = 1e-6
+"""Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
+_TIMES = ("start_time", "stop_time")
+
+
+def read_nwb(
+    path: str | Path,
+    texture: str = "texture",
+    speed: str | None = "speed_mm_s",
+    repetition: str = "repetition",
+    fibre: str = "unit_name",
+    fibre_class: str = "class",
+    words: Mapping[str, Literal["SA", "RA", "PC"]] | None = None,
+    speed_unit: Literal["mm/s", "cm/s", "m/s"] = "mm/s",
+) -> Spikes:
+    """Read units and trials of an NWB file, ours or anybody's, as natural afferents.
+
+    Parameters
+    ----------
+    path
+        An HDF5 file with units and trials; needs the extra ``nwb``.
+    texture, speed, repetition
+        Columns of the trials. Speed is None where nobody knows it. Without a column of
+        repetitions, trials of one texture and speed are numbered.
+    fibre, fibre_class
+        Columns of the units. Without a column of names, their numbers are taken.
+    words
+        What classes in the file stand for, where that is not plain.
+    speed_unit
+        Of the column of speeds.
+
+    Returns
+    -------
+    Spikes
+        Times in the file are those of the session; here they count from the start of each trial. A
+        unit counts as recorded in a trial that lies within one of its `obs_intervals`, or in all
+        if it has none. Further columns of trials are kept as conditions.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read, or has no units, trials or such columns.
+    """
+    columns = {"texture": texture, "speed": speed or "", "repetition": repetition}
+    described = NaturalFile(
+        file=str(path),
+        columns=Columns(**columns, fibre=fibre, fibre_class=fibre_class),
+        fibres=Fibres(words=dict(words or {})),
+        trials=Trials(speed_unit=speed_unit, speed_unknown=speed is None),
+    )
+    return spikes_of_nwb(Path(path), described, Path(path))
+
+
+def spikes_of_nwb(file: Path, described: NaturalFile, description: Path) -> Spikes:
+    """Return the spikes of an NWB file that a TOML file describes.
+
+    Raises
+    ------
+    InputError
+        See `read_natural`.
+    """
+    with reading(file, "an NWB file"):
+        pynwb = import_extra("nwb", str(file), "pynwb")
+        with pynwb.NWBHDF5IO(str(file), "r", load_namespaces=True) as io:
+            content = io.read()
+            for what in ("units", "trials"):
+                if not getattr(content, what):
+                    raise InputError(f"{file}: expected units and trials, found no {what}")
+            trials = content.trials.to_dataframe()
+            units = _units(content.units, described, file)
+            found = [_unit(content.units, number, file) for number in range(len(units))]
+    start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
+    rows = [
+        [_cut(times, seen, first, last, start) for times, seen in found]
+        for first, last in zip(start, stop, strict=True)
+    ]
+    return Spikes.from_trains(rows, units, _trials(trials, described, file), file)
+
+
+def _units(units: Any, described: NaturalFile, path: Path) -> pd.DataFrame:
+    if "spike_times" not in units.colnames:
+        there = ", ".join(units.colnames)
+        raise InputError(f"{path}: expected units with spike_times, found columns {there}")
+    columns, words = described.columns, described.fibres.words
+    require_column(units.colnames, columns.fibre_class, path)
+    fibre = columns.fibre if "fibre" in columns.model_fields_set else "unit_name"
+    names = units[fibre] if fibre in units.colnames else units.id
+    classes = classes_of(units[columns.fibre_class][:], words, path)
+    found = pd.DataFrame({"name": [as_text(one) for one in names[:]], "class": classes})
+    if "resolution_s" in units.colnames:
+        found["resolution_s"] = np.asarray(units["resolution_s"][:], np.float64)
+    if "receptive_field" in units.colnames:
+        fields = (np.asarray(units["receptive_field"][i]) for i in range(len(found)))
+        found["receptive_field"] = [tuple(field.tolist()) for field in fields]
+    return found
+
+
+def _unit(
+    units: Any, number: int, path: Path
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return a unit's times in the session, s, and when it was observed, `(interval, 2)`, s."""
+    times = np.asarray(units.get_unit_spike_times(number), np.float64)
+    if not (np.diff(times) >= 0).all():
+        raise InputError(
+            f"{path}: expected times in ascending order, found others in unit {number}"
+        )
+    if "obs_intervals" not in units.colnames:
+        return times, None
+    seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
+    return times, seen
+
+
+def _cut(
+    times: NDArray[np.float64],
+    seen: NDArray[np.float64] | None,
+    first: float,
+    last: float,
+    starts: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Return a unit's times in a trial; None where it was not observed all through it.
+
+    A spike at the very end of a trial belongs to the next one where that starts there.
+    """
+    if seen is not None:
+        whole = (seen[:, 0] <= first + _WITHIN_S) & (seen[:, 1] >= last - _WITHIN_S)
+        if not whole.any():
+            return None
+    side: Literal["left", "right"] = "left" if np.any(starts == last) else "right"
+    inside = slice(np.searchsorted(times, first), np.searchsorted(times, last, side))
+    return np.clip(times[inside] - first, 0, last - first)
+
+
+def _trials(trials: pd.DataFrame, described: NaturalFile, path: Path) -> pd.DataFrame:
+    """Return the trials by the names of this package; further columns are conditions."""
+    columns = described.columns
+    found = pd.DataFrame({"texture": column_of(trials, columns.texture, path).map(as_text)})
+    found["speed_mm_s"] = speeds_of(trials, described, path)
+    if columns.repetition in trials:
+        found["repetition"] = trials[columns.repetition]
+    found["duration_s"] = trials["stop_time"] - trials["start_time"]
+    taken = {*_TIMES, columns.texture, columns.speed, columns.repetition, *found, "timeseries"}
+    return found.join(trials[[name for name in trials if name not in taken]])

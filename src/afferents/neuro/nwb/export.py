@@ -3,13 +3,14 @@
 import json
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 from afferents import dims
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.files import Place, write_aside
 from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
 from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_out
@@ -139,11 +140,9 @@ def _write(path: Path, nwbfile: Any, laid: Sequence[Laid], progress: Progress) -
 
 def _time(given: str | datetime | None) -> datetime | None:
     """Return when a session began; a time without a zone is of UTC."""
-    try:
+    what = "a date and time such as 2026-03-31T09:30+02:00"
+    with reading("--start-time", what, ValueError):
         began = datetime.fromisoformat(given) if isinstance(given, str) else given
-    except ValueError:
-        wanted = "a date and time such as 2026-03-31T09:30+02:00"
-        raise InputError(f"--start-time: expected {wanted}, found '{given}'") from None
     return began if began is None or began.tzinfo else began.replace(tzinfo=UTC)
 
 
@@ -200,8 +199,6 @@ def _is_exported(path: Path) -> bool:
     """Tell whether a file is one that `export_nwb` wrote."""
     import h5py
 
-    try:
-        with h5py.File(path, "r") as file:
-            return bool(file["general/source_script"].attrs["file_name"] == _SCRIPT)
-    except (OSError, KeyError):
-        return False
+    with suppress(OSError, KeyError), h5py.File(path, "r") as file:
+        return bool(file["general/source_script"].attrs["file_name"] == _SCRIPT)
+    return False

@@ -70,9 +70,9 @@ def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
     for one in laid:
         if dims.RA2 not in one.responses:
             continue
-        shape = one.responses[dims.RA2].shape
-        shape = shape[:1] if shape[1] == 1 else shape
-        unit = str(one.responses[dims.RA2].attrs.get(dims.UNITS) or "n.a.")
+        vibration = one.responses[dims.RA2]
+        shape = vibration.shape[:1] if vibration.shape[1] == 1 else vibration.shape
+        unit = str(vibration.attrs.get(dims.UNITS) or "n.a.")
         # A series of sound has one or two channels, and no unit: others keep theirs.
         is_sound = unit in ("full scale", "n.a.") and (len(shape) == 1 or shape[1] == 2)
         kind = AcousticWaveformSeries if is_sound else TimeSeries
@@ -82,7 +82,7 @@ def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
                 description="RA-II: vibration, as recorded.",
                 data=_room(shape, True),
                 unit=unit,
-                rate=one.sample_rate_hz,
+                rate=float(vibration.attrs[dims.SAMPLE_RATE]),
                 starting_time=one.start_s,
             )
         )

@@ -26,13 +26,12 @@ class Laid:
     ----------
     responses
         Of the recording.
-    start_s, stop_s
-        When it began and ended.
+    start_s
+        When it began.
     """
 
     responses: Responses
     start_s: float
-    stop_s: float
 
     @property
     def name(self) -> str:
@@ -44,11 +43,6 @@ class Laid:
         """`(time,)`, when its frames were taken, on the session's clock."""
         return self.start_s + np.asarray(self.responses[dims.TIME].values, np.float64)
 
-    @property
-    def sample_rate_hz(self) -> float:
-        """Of its vibration."""
-        return float(self.responses[dims.RA2].attrs[dims.SAMPLE_RATE])
-
 
 def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     """Return recordings one after another, each from a whole second on.
@@ -58,9 +52,8 @@ def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     """
     found, start_s = [], 0.0
     for responses in recordings:
-        stop_s = start_s + max(ends_of(responses), default=0.0)
-        found.append(Laid(responses, start_s, stop_s))
-        start_s = float(np.ceil(stop_s + GAP_S))
+        found.append(Laid(responses, start_s))
+        start_s = float(np.ceil(start_s + max(ends_of(responses), default=0.0) + GAP_S))
     return found
 
 

@@ -121,7 +121,7 @@ def plan_fetch(
     else:
         files, page = read_manifest(listed, where), str(manifest or "this package")
     noted = _read_noted(folder, where)
-    files = [_with_noted(file, noted.get(file.path)) for file in files]
+    files = [_with_noted(file, noted.get(file.path, file)) for file in files]
     sized = tuple(progress.track(ask_sizes(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
     return Plan(archive, folder, sized, here, page, is_elsewhere=url is not None)
@@ -133,16 +133,8 @@ def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
     return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
 
 
-def _note(folder: Path, files: Sequence[RemoteFile]) -> None:
-    """Note the checksums of files that are here."""
-    with naming(folder / CHECKSUMS), (folder / CHECKSUMS).open("a", encoding="utf-8") as out:
-        out.write(format_manifest(files))
-
-
-def _with_noted(file: RemoteFile, noted: RemoteFile | None) -> RemoteFile:
+def _with_noted(file: RemoteFile, noted: RemoteFile) -> RemoteFile:
     """Return a file with what was noted of it when it came, where its list doesn't say it."""
-    if noted is None:
-        return file
     sha256 = file.sha256 or noted.sha256
     return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
 
@@ -156,45 +148,33 @@ def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
         If a file that is here is another, the disk is too small, or a file can't be had whole and
         right; what was fetched before stays, and the same command goes on from it.
     """
-    needed = sum((f.n_bytes or 0) - size_here(part_of(f, plan.folder)) for f in plan.missing)
-    _require_room(plan.folder, needed)
-    with writing_alone(plan.folder, "fetch"):
-        got, kept = _bring(plan, progress)
-    n_bytes = sum(file.n_bytes or 0 for file in got + kept)
-    return Fetched(plan.folder, len(got), len(kept), n_bytes)
-
-
-def _require_room(folder: Path, needed: int) -> None:
-    """Refuse a disk that has less room than so many bytes."""
-    free = free_bytes(folder)
-    if needed > free:
+    folder, checksums = plan.folder, plan.folder / CHECKSUMS
+    needed = sum((f.n_bytes or 0) - size_here(part_of(f, folder)) for f in plan.missing)
+    if needed > (free := free_bytes(folder)):
         raise InputError(
             f"{folder}: expected room for {decimal(needed)}, found {decimal(free)} on that disk; "
             "make room, or choose a folder on another disk"
         )
-
-
-def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
-    """Fetch what is not here, and check what is; return these, with sizes and checksums."""
-    folder = plan.folder
-    noted = _read_noted(folder, plan.page)
-    got: list[RemoteFile] = []
-    kept: list[RemoteFile] = []
-    total = sum(file.n_bytes or 0 for file in plan.files)
-    done = 0
-    with progress.task("fetching", total or len(plan.files)) as mark, import_web().Session() as web:
+    fetched, done = 0, 0
+    total = sum(file.n_bytes or 0 for file in plan.files) or len(plan.files)
+    with (
+        writing_alone(folder, "fetch"),
+        progress.task("fetching", total) as mark,
+        import_web().Session() as web,
+    ):
+        noted = _read_noted(folder, plan.page)
         for file in plan.files:
             if (folder / file.path).exists():
                 whole = _check(file, folder / file.path)
-                kept.append(whole)
             else:
                 whole = download(file, folder, web, partial(_mark, mark, done, file.path))
-                got.append(whole)
+                fetched += 1
             done += whole.n_bytes or 0
             mark(done, file.path)
             if file.path not in noted:
-                _note(folder, [whole])
-    return got, kept
+                with naming(checksums), checksums.open("a", encoding="utf-8") as out:
+                    out.write(format_manifest([whole]))
+    return Fetched(folder, fetched, len(plan.files) - fetched, done)
 
 
 def _mark(mark: Mark, before: int, text: str, n_bytes: int) -> None:
