@@ -246,10 +246,23 @@ class Encoding(BaseModel, ABC):
             f"augmentation: expected an encoding whose samples can be stretched, found {self.name}"
         )
 
+    def stream(self, *given: Any, **named: Any) -> Any:
+        """Return what encodes what comes: an `ImageStream`, or a `VibrationStream`.
+
+        Of images it is given the response's `lookback`; of vibration, which comes in pieces,
+        `rate_hz` and `n_channels`.
+
+        Raises
+        ------
+        InputError
+            If it can't be felt live.
+        """
+        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
+
     @property
-    @abstractmethod
     def runs_live(self) -> bool:
-        """Whether it has a `stream`, and so can be felt with."""
+        """Whether `stream` is written, so that it can be felt with."""
+        return type(self).stream is not Encoding.stream
 
     @classmethod
     def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -395,21 +408,6 @@ class ImageEncoding(Encoding):
             self.coordinates(runs),
         )
 
-    def stream(self, lookback: int) -> ImageStream:
-        """Return what encodes images as they come, one by one.
-
-        Raises
-        ------
-        InputError
-            If it can't be felt live.
-        """
-        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
-
-    @property
-    def runs_live(self) -> bool:
-        """Whether `stream` is written."""
-        return type(self).stream is not ImageEncoding.stream
-
     def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
         """Return the frames that a cut keeps, of every `step`-th.
 
@@ -485,21 +483,6 @@ class VibrationEncoding(Encoding):
     def suits(self, responses: Responses) -> bool:
         """Tell that any vibration will do."""
         return True
-
-    def stream(self, rate_hz: float, n_channels: int) -> VibrationStream:
-        """Return what encodes vibration as it comes, in pieces of any size.
-
-        Raises
-        ------
-        InputError
-            If it can't be felt live.
-        """
-        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
-
-    @property
-    def runs_live(self) -> bool:
-        """Whether `stream` is written."""
-        return type(self).stream is not VibrationEncoding.stream
 
     def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
         """Return the samples of vibration that a cut keeps."""
