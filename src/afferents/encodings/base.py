@@ -364,6 +364,23 @@ class ImageEncoding(Encoding):
             f"the encoding: expected one that says what it makes of images, found {self.name}"
         )
 
+    def of_frames(self, frames: Floats) -> NDArray[Any]:
+        """Return what can be worked out of frames one by one; here they themselves.
+
+        Live it is done once, though a frame is in as many runs as a run has frames.
+
+        Parameters
+        ----------
+        frames
+            (..., component, row, column), or (..., component, marker).
+        """
+        return frames
+
+    def of_run(self, frames: NDArray[Any], lookback: int) -> Floats:
+        """Return the sample that one run becomes, of what `of_frames` gives of its frames."""
+        sample: Floats = self.of_runs(frames[np.newaxis], lookback)[0]
+        return sample
+
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the coordinates of a sample's dims, where it has any."""
         return {}
@@ -423,6 +440,14 @@ class ImageEncoding(Encoding):
         return kept
 
 
+class RunsLive(ImageEncoding):
+    """An encoding that live gives a sample at every image, of the run that it ends."""
+
+    def stream(self, lookback: int) -> "LastRun":
+        """Return what gives, at every image, the sample of the run that it ends."""
+        return LastRun(self, lookback)
+
+
 class LastRun:
     """At every image the sample of the run that it ends, where offline one run follows the other.
 
@@ -437,11 +462,11 @@ class LastRun:
     def __init__(self, encoding: ImageEncoding, lookback: int) -> None:
         """Wait for the first run to fill."""
         self._encoding, self._lookback = encoding, lookback
-        self._images: deque[Floats] = deque(maxlen=encoding.length)
+        self._frames: deque[NDArray[Any]] = deque(maxlen=encoding.length)
 
     def skip(self) -> None:
         """Begin anew: no run may hold both sides of a gap."""
-        self._images.clear()
+        self._frames.clear()
 
     def feed(self, image: Floats) -> Floats | None:
         """Return the sample of the run that an image ends; None until one is full.
@@ -453,12 +478,10 @@ class LastRun:
         """
         if self._encoding.of_pixels and image.ndim == 2:
             image = image[np.newaxis]
-        self._images.append(image)
-        if len(self._images) < self._encoding.length:
+        self._frames.append(self._encoding.of_frames(image))
+        if len(self._frames) < self._encoding.length:
             return None
-        runs = np.stack(self._images)[np.newaxis]
-        sample: Floats = self._encoding.of_runs(runs, self._lookback)[0]
-        return sample
+        return self._encoding.of_run(np.stack(self._frames), self._lookback)
 
 
 class VibrationEncoding(Encoding):

@@ -9,23 +9,19 @@ from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_runs
-from afferents.encodings.base import Floats, ImageEncoding, LastRun, Option
+from afferents.encodings.base import Floats, Option, RunsLive
 from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 
 
-class TactileImages(ImageEncoding):
+class TactileImages(RunsLive):
     """What both encodings share: two copies of every sample as other speeds would give it."""
 
     @property
     def n_copies(self) -> int:
         """How many copies of a sample are made."""
         return len(RANGES)
-
-    def stream(self, lookback: int) -> LastRun:
-        """Return what gives, at every image, the run that it ends."""
-        return LastRun(self, lookback)
 
 
 def _lengths(runs: Floats) -> Floats:
@@ -103,7 +99,7 @@ class SpatiotemporalEncoding(TactileImages):
 # Without rows and columns: what each marker shows, and its moments over a run of frames.
 
 
-class MarkersEncoding(ImageEncoding):
+class MarkersEncoding(RunsLive):
     """Every frame is a sample (component, marker); it has no options.
 
     For estimators of one's own, which need no rows and columns, and for any layout. Markers stand
@@ -118,16 +114,12 @@ class MarkersEncoding(ImageEncoding):
         """Return the frames of runs of one."""
         return runs[:, 0]
 
-    def stream(self, lookback: int) -> LastRun:
-        """Return what takes the markers of a frame, (component, marker), for a sample."""
-        return LastRun(self, lookback)
-
 
 _LEAST_SPREAD = 1e-3
 """In px: what is still to better than that is no stiller for a model."""
 
 
-class MomentEncoding(ImageEncoding):
+class MomentEncoding(RunsLive):
     """The mean and the logarithm of the spread over a run of frames are a sample (moment, feature).
 
     Of each marker and component, or of each part of the global shear, one after the other: means
@@ -161,10 +153,6 @@ class MomentEncoding(ImageEncoding):
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the names of both moments."""
         return {dims.MOMENT: ["mean", "log_spread"]}
-
-    def stream(self, lookback: int) -> LastRun:
-        """Return what gives, at every frame, the moments of the run that it ends."""
-        return LastRun(self, lookback)
 
 
 def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Samples:
