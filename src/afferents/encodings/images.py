@@ -1,15 +1,15 @@
 """Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), and markers."""
 
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_runs
-from afferents.encodings.base import Floats, Option, RunsLive
+from afferents.encodings.base import Floats, Indices, Option, RunsLive
 from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
@@ -18,10 +18,19 @@ from afferents.errors import InputError
 class TactileImages(RunsLive):
     """What both encodings share: two copies of every sample as other speeds would give it."""
 
+    faster: ClassVar[Callable[[Samples, Indices, np.random.Generator], tuple[Floats, Indices]]]
+    """What makes the copies."""
+
     @property
     def n_copies(self) -> int:
         """How many copies of a sample are made."""
         return len(RANGES)
+
+    def stretched(
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return two copies of every sample as other speeds would give them; see `faster`."""
+        return self.faster(samples, index, rng)
 
 
 def _lengths(runs: Floats) -> Floats:
@@ -38,20 +47,11 @@ class SpatialEncoding(TactileImages):
     """Every frame is a sample, a tactile image (row, column); it has no options."""
 
     name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
+    faster = staticmethod(faster_images)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
         return _lengths(runs)[:, 0]
-
-    def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return two copies of RA-I images as other speeds would give them; see `faster_images`."""
-        return faster_images(samples, index, rng)
 
 
 FRAMES = 10
@@ -73,6 +73,7 @@ class SpatiotemporalEncoding(TactileImages):
     """
 
     name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
+    faster = staticmethod(faster_runs)
 
     frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
 
@@ -84,16 +85,6 @@ class SpatiotemporalEncoding(TactileImages):
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
         return _lengths(runs)
-
-    def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return two copies of every run as other speeds would give them; see `faster_runs`."""
-        return faster_runs(samples, index, rng)
 
 
 # Without rows and columns: what each marker shows, and its moments over a run of frames.

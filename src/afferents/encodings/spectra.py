@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, model_va
 
 from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
-from afferents.encodings.base import Floats, Option, Ready, SignalInfo, VibrationEncoding
+from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo, VibrationEncoding
 from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
 
@@ -209,12 +209,8 @@ class SpectralEncoding(VibrationEncoding):
         return len(COPIES)
 
     def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
         """Return six stretched copies of every spectrum (section 2.4.3)."""
         values = samples.values[index]
         return stretched_copies(values, rng, stretch, self.seen(values).shape[-1])
