@@ -1,6 +1,5 @@
 """What every encoding is: a class whose fields are its options, from a response to samples."""
 
-import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
@@ -167,7 +166,7 @@ class Encoding(BaseModel, ABC):
         Whether samples are divided by the largest value learnt from before a network sees them.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: ClassVar[str]
     sample_dims: ClassVar[tuple[str, ...]]
@@ -304,18 +303,13 @@ class Encoding(BaseModel, ABC):
         fields = type(self).model_fields
         own = {name: v for name, v in wanted.items() if v is not None and name in fields}
         flags = {name: option.flag for name, option in self.options().items()}
-        for name, value in own.items():
-            if isinstance(value, float) and not math.isfinite(value):
-                raise InputError(
-                    f"{flags.get(name, name)}: expected a positive number, found {value}"
-                )
         try:
             return type(self)(**{**dict(self), **own})
         except ValidationError as error:
             first = error.errors()[0]
             name = str(first["loc"][0]) if first["loc"] else self.name
             wrong = own.get(name, first["input"])
-            positive = first["type"] == "greater_than"
+            positive = first["type"] in ("greater_than", "finite_number")
             wanted_is = "a positive number" if positive else reason_in(first)
             raise InputError(
                 f"{flags.get(name, name)}: expected {wanted_is}, found {wrong}"
