@@ -151,11 +151,6 @@ class Network(Classifier):
         logits: Tensor = self.dense[-1](features)
         return logits
 
-    def forward(self, samples: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of samples `(batch, *sample_shape)`."""
-        logits: Tensor = self.dense(self.features(samples))
-        return logits
-
     @property
     def n_last(self) -> int:
         """Number of last features."""
