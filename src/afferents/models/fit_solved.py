@@ -256,9 +256,7 @@ def _leaving_out(
         else:
             its = FitData(*(one[torch.from_numpy(gone)] for one in everything))
             learnt = whole - classifier.gathered(its, len(index))
-        return lambda penalty: classifier.solve_gathered(
-            learnt, np.random.default_rng(seed), penalty
-        )
+        return lambda penalty: classifier.solve(learnt, np.random.default_rng(seed), penalty)
 
     return learn_without
 
@@ -291,7 +289,7 @@ def learn(
 
     Every texture counts the same in each group of the split.
     """
-    data = _data_of(samples, labels, index, split)
+    data = classifier.gathered(_data_of(samples, labels, index, split))
     classifier.solve(data, np.random.default_rng(seed), penalty)
 
 
