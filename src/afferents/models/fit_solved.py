@@ -302,15 +302,12 @@ def _data_of(samples: Samples, labels: Indices, index: Indices, split: Split) ->
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
     """Return a model's scores of some samples, and their speeds to one that is told by a robot."""
-    parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]
-    told = [
-        torch.from_numpy(samples[dims.SPEED].values[p]) if classifier.told_speed else None
-        for p in parts
-    ]
-    return torch.cat([
-        classifier.scores(torch.from_numpy(samples.values[p]), speed)
-        for p, speed in zip(parts, told, strict=True)
-    ])  # fmt: skip
+    values, speed_mm_s = samples.values, samples[dims.SPEED].values
+    found = []
+    for part in np.split(index, range(_BATCH, len(index), _BATCH)):
+        told = torch.from_numpy(speed_mm_s[part]) if classifier.told_speed else None
+        found.append(classifier.scores(torch.from_numpy(values[part]), told))
+    return torch.cat(found)
 
 
 def _at_temperature(scores: Tensor, temperature: float) -> Floats:
