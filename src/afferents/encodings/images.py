@@ -63,7 +63,18 @@ FRAMES_OPTION = Option(
 )
 
 
-class SpatiotemporalEncoding(TactileImages):
+class RunsOfFrames(RunsLive):
+    """An encoding of runs whose length is an option."""
+
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+
+class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
     """A run of tactile images is a sample (frame, row, column).
 
     Attributes
@@ -74,13 +85,6 @@ class SpatiotemporalEncoding(TactileImages):
 
     name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
     faster = staticmethod(faster_runs)
-
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
@@ -110,7 +114,7 @@ _LEAST_SPREAD = 1e-3
 """In px: what is still to better than that is no stiller for a model."""
 
 
-class MomentEncoding(RunsLive):
+class MomentEncoding(RunsOfFrames):
     """The mean and the logarithm of the spread over a run of frames are a sample (moment, feature).
 
     Of each marker and component, or of each part of the global shear, one after the other: means
@@ -127,13 +131,6 @@ class MomentEncoding(RunsLive):
 
     name, sample_dims = "moments", (dims.MOMENT, dims.FEATURE)
     of_pixels, keeps_unit = False, False
-
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the moments of runs, (run, moment, feature)."""

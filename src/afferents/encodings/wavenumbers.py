@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents import dims
-from afferents.encodings.base import Floats, Option, RunsLive
-from afferents.encodings.images import FRAMES, FRAMES_OPTION
+from afferents.encodings.base import Floats, Option
+from afferents.encodings.images import RunsOfFrames
 from afferents.store.recording import spacing_mm
 
 
@@ -46,7 +46,7 @@ _LEAST_POWER = 1e-6
 """In px squared, that of noise of 0.0001 px a marker: below all that is tracked."""
 
 
-class WavenumberEncoding(RunsLive):
+class WavenumberEncoding(RunsOfFrames):
     """The power of a run's images over wavenumbers is a sample.
 
     The natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
@@ -65,16 +65,10 @@ class WavenumberEncoding(RunsLive):
     name = "wavenumbers"
     sample_dims = (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)
 
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
     every: Annotated[
         PositiveInt,
         Option("--every", "Use one video frame in N, as if the camera were N times slower.", int),
     ] = 1
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
 
     @property
     def step(self) -> int:
