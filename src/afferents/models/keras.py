@@ -23,22 +23,6 @@ from afferents.plugins import import_extra
 Floats = NDArray[np.float32]
 
 
-class KerasArray(NamedTuple):
-    """An array of a Keras network.
-
-    Attributes
-    ----------
-    role
-        What it is to its layer, as Keras names it: ``kernel``, ``recurrent_kernel``, ``bias``,
-        ``gamma``, ``beta``, ``moving_mean`` or ``moving_variance``.
-    values
-        In the order of dims that Keras has: kernels (..., in, out).
-    """
-
-    role: str
-    values: Floats
-
-
 @torch.no_grad()
 def load_keras_weights(network: Network, path: Path) -> None:
     """Read the weights of one of the paper's networks into ours, in place; needs `h5py`.
@@ -105,7 +89,7 @@ class _Flattened(NamedTuple):
 class _Taken:
     """Arrays that are taken in their order, those of each role apart."""
 
-    def __init__(self, arrays: Sequence[KerasArray], path: Path) -> None:
+    def __init__(self, arrays: Sequence[tuple[str, Floats]], path: Path) -> None:
         self._path = path
         self._left: dict[str, list[Floats]] = {}
         for role, values in arrays:
@@ -175,8 +159,13 @@ _SETTINGS: dict[str, dict[str, str | float]] = {
 """What our layers do; a file that says otherwise of its own would give other outputs."""
 
 
-def _arrays_in(path: Path) -> list[KerasArray]:
-    """Return the arrays of all layers of a network that Keras saved, in the layers' order."""
+def _arrays_in(path: Path) -> list[tuple[str, Floats]]:
+    """Return the arrays of all layers of a network that Keras saved, in the layers' order.
+
+    Each with its role, what it is to its layer as Keras names it: ``kernel``,
+    ``recurrent_kernel``, ``bias``, ``gamma``, ``beta``, ``moving_mean`` or ``moving_variance``. Its
+    dims are in the order that Keras has: kernels (..., in, out).
+    """
     h5py = import_extra("hdf5", str(path), "h5py")
     if not path.is_file():
         raise InputError(f"{path}: expected {_WHAT}, found no such file")
@@ -188,7 +177,7 @@ def _arrays_in(path: Path) -> list[KerasArray]:
         raise InputError(f"{path}: expected {_WHAT}, found {error!s}") from error
 
 
-def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
+def _arrays(path: Path, weights: Any) -> Iterator[tuple[str, Floats]]:
     if "layer_names" not in weights.attrs:
         raise InputError(f"{path}: expected {_WHAT}, found no list of layers")
     for layer in map(_text, weights.attrs["layer_names"]):
@@ -200,7 +189,7 @@ def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
                 raise InputError(
                     f"{path}: expected a network as small as the paper's, found {found}"
                 )
-            yield KerasArray(role, np.asarray(group[name][()], dtype=np.float32))
+            yield role, np.asarray(group[name][()], dtype=np.float32)
 
 
 def _require_settings(path: Path, config: Any) -> None:
