@@ -2,13 +2,12 @@
 
     python benchmarks/live.py                       # latency of every model, and the whole chain
     python benchmarks/live.py --hours 8             # memory over hours of frames and sound
-    python benchmarks/live.py --session S STORE MODEL_DIR...  # live and offline confusion, alike?
 
-The first two need no models: networks that have learnt nothing take as long. A recording of the
-rig is replayed at 90 frames/s; everything runs on one core, the decoder too, whose time is not
-counted: a frame's clock starts when it lies decoded in memory, a window's when its last sample
-has come. Where the milliseconds go is measured in processor's time, as fast as it goes, so that
-other work on the machine does not count.
+No models are needed: networks that have learnt nothing take as long. A recording of the rig is
+replayed at 90 frames/s; everything runs on one core, the decoder too, whose time is not counted: a
+frame's clock starts when it lies decoded in memory, a window's when its last sample has come. Where
+the milliseconds go is measured in processor's time, as fast as it goes, so that other work on the
+machine does not count.
 """
 
 import argparse
@@ -27,11 +26,8 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
-from afferents import dims
-from afferents.channels import CHANNELS
 from afferents.doctor import processor
-from afferents.encodings.settings import Encodings, encoding_of
-from afferents.evaluation.encode import Source, encode
+from afferents.encodings.settings import Encodings
 from afferents.live import (
     CameraFrame,
     Images,
@@ -49,12 +45,11 @@ from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card
 from afferents.models.classifiers import build
 from afferents.models.export import export
-from afferents.models.folder import Deployed, load_model, save_weights
+from afferents.models.folder import Deployed, save_weights
 from afferents.models.model import MODELS, TABLE1
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import open_video
 from afferents.rig import Rig, bumped_surface, record
-from afferents.store.zarr_store import open_responses
 from afferents.version import __version__
 
 MEASURED = (*TABLE1, "sa-wave-vector", "ra-wave-vector")
@@ -75,13 +70,8 @@ def main() -> None:
     """Print a table for docs/performance.md."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--hours", type=float)
-    parser.add_argument("--session", nargs="+", metavar="PATH")
     arguments = parser.parse_args()
     print(f"{processor()}, Python {platform.python_version()}")
-    if arguments.session:
-        session, store, *trained = map(Path, arguments.session)
-        confusion(session, store, trained)
-        return
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "3" / "50"
         record(Rig(), recording, "3", bumped_surface(3.0, Rig().drum), 50.0, SECONDS, seed=1)
@@ -256,54 +246,6 @@ def resident_mb() -> float:
     """Memory in use now."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 1e6
-
-
-def confusion(session: Path, store: Path, models: list[Path]) -> None:
-    """Compare live with offline on every recording of a session, sample by sample."""
-    for folder in models:
-        card, deployed = load_model(folder)
-        live, offline, largest = Counter(), Counter(), 0.0
-        for responses in open_responses(store):
-            encoding = encoding_of(card.encoding, folder)
-            samples = encode(responses, Source(CHANNELS[card.channel], encoding), "all")
-            said = run_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
-            texture = responses.attrs[dims.TEXTURE]
-            stops = samples[dims.STOP].values
-            for start in range(0, len(stops), 256):
-                part = encoding.seen(samples.values[start : start + 256])
-                with torch.no_grad():
-                    expected = deployed(torch.from_numpy(np.ascontiguousarray(part)))[0].numpy()
-                for stop, p in zip(stops[start : start + 256], expected, strict=True):
-                    q = said[place(stop, responses, card)]
-                    largest = max(largest, float(np.abs(p - q).max()))
-                    offline[texture, card.textures[int(p.argmax())]] += 1
-                    live[texture, card.textures[int(q.argmax())]] += 1
-        share = sum(n for (a, b), n in live.items() if a == b) / sum(live.values())
-        alike = "identical" if live == offline else "DIFFERENT"
-        print(
-            f"- {card.title}: {sum(live.values())} samples, {100 * share:.1f}% named rightly, "
-            f"confusion live and offline {alike}, probabilities within {largest:.1e}"
-        )
-
-
-def place(stop_s: float, responses: object, card: Card) -> int:
-    """Return what tells a sample in both ways: its last frame's number, or its end in ms."""
-    if card.sample_rate_hz is not None:
-        return round(1000 * stop_s)
-    time_s = responses[dims.TIME].values  # type: ignore[index]
-    return int(np.searchsorted(time_s, stop_s - 1e-6)) - 1
-
-
-def run_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]:
-    """Return the probabilities that a stream gives, by `place`."""
-    found = {}
-    pipeline = LivePipeline.with_models([Network(model)])
-    for prediction in run(sources(recording, math.inf), pipeline):
-        if prediction.probabilities:
-            of_sound = card.sample_rate_hz is not None
-            key = round(1000 * prediction.time_s) if of_sound else prediction.counters.frames - 1
-            found[key] = np.array(list(prediction.probabilities.values()))
-    return found
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Marker tracking against the rig's truth: speed beside decoding, errors, identities, memory.
+"""Marker tracking against the rig's truth: speed beside decoding, errors, memory.
 
     python benchmarks/tracking.py [--rounds 5] [--seconds 30]
 
@@ -53,8 +53,6 @@ class Drawn:
     camera: Camera = field(default_factory=Camera)
     path: Path = Path("drawn")
     fps_hz: float = 90.0
-    light: NDArray[np.float64] | None = None
-    hidden: NDArray[np.bool_] | None = None
     width: int = 640
     height: int = 480
 
@@ -62,11 +60,7 @@ class Drawn:
         """Draw from the start."""
         renderer = Renderer(self.camera, 0)
         for index, place in enumerate(self.position):
-            shown = place if self.hidden is None else place[~self.hidden[index]]
-            image = renderer.draw(shown)
-            if self.light is not None:
-                image = cv2.convertScaleAbs(image, alpha=float(self.light[index]))
-            yield Frame(index / self.fps_hz, np.asarray(image, np.uint8))
+            yield Frame(index / self.fps_hz, np.asarray(renderer.draw(place), np.uint8))
 
 
 def slid(seconds: float) -> Positions:
@@ -173,72 +167,6 @@ def steps(position: Positions) -> None:
           f"{grown:.1f} MB more.")  # fmt: skip
 
 
-def wrong(found: Positions, truth: Positions) -> float:
-    """Return the share of positions nearer to another marker's place than to their own, or lost."""
-    off = np.hypot(*(found - truth).T)
-    return float(np.mean(~(off < 5)))
-
-
-def shared(found: Positions) -> int:
-    """Return how often two identities stand on one marker."""
-    count = 0
-    for frame in found:
-        seen = np.rint(frame[~np.isnan(frame[:, 0])])
-        count += len(seen) - len(np.unique(seen, axis=0))
-    return count
-
-
-def identities(rest: Positions) -> None:
-    """Print what becomes of identities when it gets hard."""
-    rng = np.random.default_rng(0)
-
-    def tracked(video: Drawn) -> Positions:
-        return track_markers(video, TIP_B.model_copy(update={"rest_frame": 0}))[
-            dims.POSITION
-        ].values
-
-    still = np.repeat(rest[None], 121, axis=0)
-    away = np.zeros((121, 361), bool)
-    away[40:60, rng.permutation(361)[:10]] = True
-    jump = still.copy()
-    jump[60:] += (15.0 * np.cos(0.4), 15.0 * np.sin(0.4))
-    rows = {
-        "brightness falls to 0.35": (Drawn(still, light=np.linspace(1, 0.35, 121)), still),
-        "a jump of 15 px": (Drawn(jump), jump),
-        "ten markers covered for 20 frames": (Drawn(still, hidden=away), still),
-    }
-    print("\n| | wrong or lost in the last frame |\n|---|---|")
-    for name, (video, truth) in rows.items():
-        print(f"| {name} | {wrong(tracked(video)[-1], truth[-1]):.3f} |")
-    print("\n| common motion, px a frame | wrong or lost, all frames |\n|---|---|")
-    for most in (5, 9, 13):
-        walk = _walk(rng, 300, most)
-        truth = rest + walk[:, None]
-        print(f"| {most} | {wrong(tracked(Drawn(truth)), truth):.4f} |")
-    truth = rest + _walk(rng, 1000, 9)[:, None]
-    dropped = rng.random((1000, 361)) < 0.05
-    dropped[0] = False
-    found = tracked(Drawn(truth, hidden=dropped))
-    there = ~dropped
-    off = np.hypot(*np.moveaxis(found - truth, -1, 0))
-    mistaken = float(np.mean(off[there & ~np.isnan(off)] > 5))
-    print(f"\n5% of the markers dropped in every frame, steps of 9 px, 1000 frames: "
-          f"{mistaken:.4f} wrong, {float(np.isnan(off[there]).mean()):.4f} of those shown not "
-          f"found, {float((~np.isnan(off[dropped])).mean()):.4f} of those dropped claimed, "
-          f"{shared(found)} times two on one.")  # fmt: skip
-
-
-def _walk(rng: np.random.Generator, n: int, most: float) -> NDArray[np.float64]:
-    """Return a common motion of `most` px every frame, in any direction, that stays near."""
-    place, walk = np.zeros(2), [np.zeros(2)]
-    for _ in range(n - 1):
-        home = np.arctan2(-place[1], -place[0])
-        angle = home + rng.normal(0, 0.6) if np.hypot(*place) > 8 else rng.uniform(0, 2 * np.pi)
-        place = place + most * np.array([np.cos(angle), np.sin(angle)])
-        walk.append(place)
-    return np.array(walk)
-
-
 def _track_file(path: Path) -> float:
     track_markers(open_video(path), TIP_B)
     return 0.0
@@ -272,7 +200,6 @@ def main() -> None:
         position = slid(wanted.seconds)
         speed_and_error(Path(folder), position, wanted.rounds)
         steps(position)
-        identities(position[0])
         workers(Path(folder), wanted.rounds, cores)
 
 

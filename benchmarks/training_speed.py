@@ -20,7 +20,6 @@ import numpy as np
 import torch
 import torch.nn.functional as F  # noqa: N812
 from joblib import cpu_count
-from torch.utils.flop_counter import FlopCounterMode
 
 from afferents.choices import Precision
 from afferents.doctor import processor
@@ -60,7 +59,7 @@ def main() -> None:
     print(f"{machine()}, {precision}\n\nMedian of {arguments.repeats}.\n")
     print(
         "| network | one process, samples/s | a process a core, samples/s | times one "
-        "| share of matrix products | loop over bare step |\n" + "|---" * 6 + "|"
+        "| loop over bare step |\n" + "|---" * 5 + "|"
     )
     for case in CASES:
         rates = defaultdict(list)
@@ -72,8 +71,7 @@ def main() -> None:
         median = {name: statistics.median(each) for name, each in rates.items()}
         print(
             f"| {case.network} | {median['one']:.0f} | {median['all']:.0f} "
-            f"| {median['all'] / median['one']:.2f} | {median['one'] / median['ceiling']:.2f} "
-            f"| {median['step'] / median['loop']:.2f} |",
+            f"| {median['all'] / median['one']:.2f} | {median['step'] / median['loop']:.2f} |",
             flush=True,
         )
 
@@ -107,7 +105,7 @@ def loop_rate(case: Case, precision: Precision, n_validation: int | None = None)
 
 
 def bare_rates(case: Case, precision: Precision) -> dict[str, float]:
-    """Return samples a second of one process: bare steps, the loop, and matrix products alone."""
+    """Return samples a second of one process: bare steps, and the loop."""
     return next(side_by_side(bare_rates_here, [(case, precision)], 2))
 
 
@@ -115,8 +113,7 @@ def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
     """Do so in this process.
 
     A bare step is forward, backward and Adam on one batch that lies ready. The loop is timed
-    without its validation. The matrix products are as many floating-point operations as the plain
-    convolutions and the dense layers of a step have, in one square product of 2048.
+    without its validation.
     """
     torch.set_num_threads(1)
     where = device()
@@ -126,7 +123,6 @@ def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
     )
     batch = torch.randn(BATCH, *case.shape, device=where)
     labels = torch.randint(TEXTURES, (BATCH,), device=where)
-    dtype = torch.bfloat16 if precision == "bfloat16" else torch.float32
 
     def step() -> None:
         with torch.autocast(where.type, dtype=torch.bfloat16, enabled=precision == "bfloat16"):
@@ -136,23 +132,10 @@ def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
         loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
 
-    square = torch.randn(2048, 2048, dtype=dtype, device=where)
-    product_s = seconds_of(lambda: square @ square, 5)
-    flops_a_second = 2 * 2048**3 / product_s
     return {
         "step": BATCH / seconds_of(step, case.batches),
         "loop": loop_rate(case, precision, n_validation=1),
-        "ceiling": flops_a_second / operations_a_sample(case),
     }
-
-
-def operations_a_sample(case: Case) -> float:
-    """Count the operations of plain convolutions and dense layers, forward and backward."""
-    model = build(case.encoding, TEXTURES, case.shape).to("meta")
-    with FlopCounterMode(display=False) as counter:
-        outcome: torch.Tensor = model(torch.randn(BATCH, *case.shape, device="meta"))
-        outcome.sum().backward()  # type: ignore[no-untyped-call]
-    return counter.get_total_flops() / BATCH
 
 
 def seconds_of(action: Callable[[], object], times: int) -> float:

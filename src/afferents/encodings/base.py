@@ -1,6 +1,5 @@
 """What every encoding is: a class whose fields are its options, from a response to samples."""
 
-import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
@@ -167,7 +166,7 @@ class Encoding(BaseModel, ABC):
         Whether samples are divided by the largest value learnt from before a network sees them.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: ClassVar[str]
     sample_dims: ClassVar[tuple[str, ...]]
@@ -246,10 +245,23 @@ class Encoding(BaseModel, ABC):
             f"augmentation: expected an encoding whose samples can be stretched, found {self.name}"
         )
 
+    def stream(self, *given: Any, **named: Any) -> Any:
+        """Return what encodes what comes: an `ImageStream`, or a `VibrationStream`.
+
+        Of images it is given the response's `lookback`; of vibration, which comes in pieces,
+        `rate_hz` and `n_channels`.
+
+        Raises
+        ------
+        InputError
+            If it can't be felt live.
+        """
+        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
+
     @property
-    @abstractmethod
     def runs_live(self) -> bool:
-        """Whether it has a `stream`, and so can be felt with."""
+        """Whether `stream` is written, so that it can be felt with."""
+        return type(self).stream is not Encoding.stream
 
     @classmethod
     def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -291,18 +303,13 @@ class Encoding(BaseModel, ABC):
         fields = type(self).model_fields
         own = {name: v for name, v in wanted.items() if v is not None and name in fields}
         flags = {name: option.flag for name, option in self.options().items()}
-        for name, value in own.items():
-            if isinstance(value, float) and not math.isfinite(value):
-                raise InputError(
-                    f"{flags.get(name, name)}: expected a positive number, found {value}"
-                )
         try:
             return type(self)(**{**dict(self), **own})
         except ValidationError as error:
             first = error.errors()[0]
             name = str(first["loc"][0]) if first["loc"] else self.name
             wrong = own.get(name, first["input"])
-            positive = first["type"] == "greater_than"
+            positive = first["type"] in ("greater_than", "finite_number")
             wanted_is = "a positive number" if positive else reason_in(first)
             raise InputError(
                 f"{flags.get(name, name)}: expected {wanted_is}, found {wrong}"
@@ -351,6 +358,23 @@ class ImageEncoding(Encoding):
             f"the encoding: expected one that says what it makes of images, found {self.name}"
         )
 
+    def of_frames(self, frames: Floats) -> NDArray[Any]:
+        """Return what can be worked out of frames one by one; here they themselves.
+
+        Live it is done once, though a frame is in as many runs as a run has frames.
+
+        Parameters
+        ----------
+        frames
+            (..., component, row, column), or (..., component, marker).
+        """
+        return frames
+
+    def of_run(self, frames: NDArray[Any], lookback: int) -> Floats:
+        """Return the sample that one run becomes, of what `of_frames` gives of its frames."""
+        sample: Floats = self.of_runs(frames[np.newaxis], lookback)[0]
+        return sample
+
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the coordinates of a sample's dims, where it has any."""
         return {}
@@ -395,21 +419,6 @@ class ImageEncoding(Encoding):
             self.coordinates(runs),
         )
 
-    def stream(self, lookback: int) -> ImageStream:
-        """Return what encodes images as they come, one by one.
-
-        Raises
-        ------
-        InputError
-            If it can't be felt live.
-        """
-        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
-
-    @property
-    def runs_live(self) -> bool:
-        """Whether `stream` is written."""
-        return type(self).stream is not ImageEncoding.stream
-
     def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
         """Return the frames that a cut keeps, of every `step`-th.
 
@@ -423,6 +432,14 @@ class ImageEncoding(Encoding):
         kept = slice(max(start, rest + lookback), stop)
         require_run(kept.stop - kept.start, name, self.length)
         return kept
+
+
+class RunsLive(ImageEncoding):
+    """An encoding that live gives a sample at every image, of the run that it ends."""
+
+    def stream(self, lookback: int) -> "LastRun":
+        """Return what gives, at every image, the sample of the run that it ends."""
+        return LastRun(self, lookback)
 
 
 class LastRun:
@@ -439,11 +456,11 @@ class LastRun:
     def __init__(self, encoding: ImageEncoding, lookback: int) -> None:
         """Wait for the first run to fill."""
         self._encoding, self._lookback = encoding, lookback
-        self._images: deque[Floats] = deque(maxlen=encoding.length)
+        self._frames: deque[NDArray[Any]] = deque(maxlen=encoding.length)
 
     def skip(self) -> None:
         """Begin anew: no run may hold both sides of a gap."""
-        self._images.clear()
+        self._frames.clear()
 
     def feed(self, image: Floats) -> Floats | None:
         """Return the sample of the run that an image ends; None until one is full.
@@ -455,12 +472,10 @@ class LastRun:
         """
         if self._encoding.of_pixels and image.ndim == 2:
             image = image[np.newaxis]
-        self._images.append(image)
-        if len(self._images) < self._encoding.length:
+        self._frames.append(self._encoding.of_frames(image))
+        if len(self._frames) < self._encoding.length:
             return None
-        runs = np.stack(self._images)[np.newaxis]
-        sample: Floats = self._encoding.of_runs(runs, self._lookback)[0]
-        return sample
+        return self._encoding.of_run(np.stack(self._frames), self._lookback)
 
 
 class VibrationEncoding(Encoding):
@@ -485,21 +500,6 @@ class VibrationEncoding(Encoding):
     def suits(self, responses: Responses) -> bool:
         """Tell that any vibration will do."""
         return True
-
-    def stream(self, rate_hz: float, n_channels: int) -> VibrationStream:
-        """Return what encodes vibration as it comes, in pieces of any size.
-
-        Raises
-        ------
-        InputError
-            If it can't be felt live.
-        """
-        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
-
-    @property
-    def runs_live(self) -> bool:
-        """Whether `stream` is written."""
-        return type(self).stream is not VibrationEncoding.stream
 
     def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
         """Return the samples of vibration that a cut keeps."""

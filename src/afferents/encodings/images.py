@@ -1,31 +1,36 @@
 """Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), and markers."""
 
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_runs
-from afferents.encodings.base import Floats, ImageEncoding, LastRun, Option
+from afferents.encodings.base import Floats, Indices, Option, RunsLive
 from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 
 
-class TactileImages(ImageEncoding):
+class TactileImages(RunsLive):
     """What both encodings share: two copies of every sample as other speeds would give it."""
+
+    faster: ClassVar[Callable[[Samples, Indices, np.random.Generator], tuple[Floats, Indices]]]
+    """What makes the copies."""
 
     @property
     def n_copies(self) -> int:
         """How many copies of a sample are made."""
         return len(RANGES)
 
-    def stream(self, lookback: int) -> LastRun:
-        """Return what gives, at every image, the run that it ends."""
-        return LastRun(self, lookback)
+    def stretched(
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return two copies of every sample as other speeds would give them; see `faster`."""
+        return self.faster(samples, index, rng)
 
 
 def _lengths(runs: Floats) -> Floats:
@@ -42,20 +47,11 @@ class SpatialEncoding(TactileImages):
     """Every frame is a sample, a tactile image (row, column); it has no options."""
 
     name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
+    faster = staticmethod(faster_images)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
         return _lengths(runs)[:, 0]
-
-    def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return two copies of RA-I images as other speeds would give them; see `faster_images`."""
-        return faster_images(samples, index, rng)
 
 
 FRAMES = 10
@@ -67,7 +63,18 @@ FRAMES_OPTION = Option(
 )
 
 
-class SpatiotemporalEncoding(TactileImages):
+class RunsOfFrames(RunsLive):
+    """An encoding of runs whose length is an option."""
+
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+
+class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
     """A run of tactile images is a sample (frame, row, column).
 
     Attributes
@@ -77,33 +84,17 @@ class SpatiotemporalEncoding(TactileImages):
     """
 
     name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
-
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
+    faster = staticmethod(faster_runs)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
         return _lengths(runs)
 
-    def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return two copies of every run as other speeds would give them; see `faster_runs`."""
-        return faster_runs(samples, index, rng)
-
 
 # Without rows and columns: what each marker shows, and its moments over a run of frames.
 
 
-class MarkersEncoding(ImageEncoding):
+class MarkersEncoding(RunsLive):
     """Every frame is a sample (component, marker); it has no options.
 
     For estimators of one's own, which need no rows and columns, and for any layout. Markers stand
@@ -118,16 +109,12 @@ class MarkersEncoding(ImageEncoding):
         """Return the frames of runs of one."""
         return runs[:, 0]
 
-    def stream(self, lookback: int) -> LastRun:
-        """Return what takes the markers of a frame, (component, marker), for a sample."""
-        return LastRun(self, lookback)
-
 
 _LEAST_SPREAD = 1e-3
 """In px: what is still to better than that is no stiller for a model."""
 
 
-class MomentEncoding(ImageEncoding):
+class MomentEncoding(RunsOfFrames):
     """The mean and the logarithm of the spread over a run of frames are a sample (moment, feature).
 
     Of each marker and component, or of each part of the global shear, one after the other: means
@@ -145,13 +132,6 @@ class MomentEncoding(ImageEncoding):
     name, sample_dims = "moments", (dims.MOMENT, dims.FEATURE)
     of_pixels, keeps_unit = False, False
 
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
-
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the moments of runs, (run, moment, feature)."""
         spread = np.log(np.maximum(runs.std(axis=1), _LEAST_SPREAD))
@@ -161,10 +141,6 @@ class MomentEncoding(ImageEncoding):
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the names of both moments."""
         return {dims.MOMENT: ["mean", "log_spread"]}
-
-    def stream(self, lookback: int) -> LastRun:
-        """Return what gives, at every frame, the moments of the run that it ends."""
-        return LastRun(self, lookback)
 
 
 def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Samples:

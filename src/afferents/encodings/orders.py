@@ -146,41 +146,37 @@ def _features(
     tapered = (window - window.mean(axis=0)) * np.hanning(n)[:, None]
     spectrum = scipy.fft.rfft(tapered.T, points, axis=1) / math.sqrt(n)
     axis = np.arange(spectrum.shape[1]) * rate / points
-    band = _Bands(axis, frequencies, encoding.bins_per_octave, rate / n)
+    bands = _bands(axis, frequencies, encoding.bins_per_octave, rate / n)
     masked = encoding.mask.masks(axis, speed_mm_s, LINE_WIDTH * rate / n)
-    power = band.means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked))
+    power = _means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked), bands)
     if len(spectrum) == 1:
         return np.asarray(np.log(power))
     spectrum[:, masked] = 0
     mean = spectrum.mean(axis=0, keepdims=True)
-    cross = band.means(spectrum * np.conj(mean))
-    coherency = cross / np.sqrt(power * band.means(np.abs(mean) ** 2 + _LEAST_POWER))
+    cross = _means(spectrum * np.conj(mean), bands)
+    coherency = cross / np.sqrt(power * _means(np.abs(mean) ** 2 + _LEAST_POWER, bands))
     return np.concatenate([np.log(power), 2 * coherency.real, 2 * coherency.imag])
 
 
-class _Bands:
-    """Means over bands round geometric frequencies, never narrower than a window resolves."""
+def _bands(
+    axis: NDArray[np.float64], frequencies: NDArray[np.float64], per_octave: int, least_hz: float
+) -> NDArray[np.int64]:
+    """Return where bands round geometric frequencies start and stop on an axis, (frequency, 2).
 
-    def __init__(
-        self,
-        axis: NDArray[np.float64],
-        frequencies: NDArray[np.float64],
-        per_octave: int,
-        resolution_hz: float,
-    ) -> None:
-        half = frequencies * (2 ** (0.5 / per_octave) - 2 ** (-0.5 / per_octave)) / 2
-        half = np.maximum(half, 0.75 * resolution_hz)
-        step = axis[1]
-        self._first = np.clip(np.round((frequencies - half) / step), 0, len(axis) - 1).astype(int)
-        last = np.clip(np.round((frequencies + half) / step), 0, len(axis) - 1).astype(int)
-        self._stop = np.maximum(last, self._first) + 1
-        self._edges = np.stack([self._first, self._stop], axis=1).ravel()
+    They are never narrower than a window resolves, about `least_hz`.
+    """
+    half = frequencies * (2 ** (0.5 / per_octave) - 2 ** (-0.5 / per_octave)) / 2
+    half = np.maximum(half, 0.75 * least_hz)
+    places = np.round(np.stack([frequencies - half, frequencies + half]) / axis[1])
+    first, last = np.clip(places, 0, len(axis) - 1).astype(int)
+    return np.stack([first, np.maximum(last, first) + 1], axis=1)
 
-    def means(self, spectra: NDArray[Any]) -> NDArray[Any]:
-        """Return the means of spectra (channel, frequency) over the bands.
 
-        Each band is summed by itself: a difference of running sums loses what is faint.
-        """
-        padded = np.pad(spectra, ((0, 0), (0, 1)))  # so that a band may stop at the end
-        total = np.add.reduceat(padded, self._edges, axis=1)[:, ::2]
-        return np.asarray(total / (self._stop - self._first))
+def _means(spectra: NDArray[Any], bands: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the means of spectra (channel, frequency) over bands.
+
+    Each band is summed by itself: a difference of running sums loses what is faint.
+    """
+    padded = np.pad(spectra, ((0, 0), (0, 1)))  # so that a band may stop at the end
+    total = np.add.reduceat(padded, bands.ravel(), axis=1)[:, ::2]
+    return np.asarray(total / np.diff(bands).T)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, model_va
 
 from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
-from afferents.encodings.base import Floats, Option, Ready, SignalInfo, VibrationEncoding
+from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo, VibrationEncoding
 from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
 
@@ -209,12 +209,8 @@ class SpectralEncoding(VibrationEncoding):
         return len(COPIES)
 
     def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
         """Return six stretched copies of every spectrum (section 2.4.3)."""
         values = samples.values[index]
         return stretched_copies(values, rng, stretch, self.seen(values).shape[-1])
@@ -315,7 +311,7 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
 
 
 class SpectrumStream:
-    """Keeps the last window of vibration and makes a spectrum at every stride.
+    """Keeps what the next window holds of vibration and makes a spectrum at every stride.
 
     Parameters
     ----------
@@ -334,16 +330,15 @@ class SpectrumStream:
 
     def __init__(self, encoding: SpectralEncoding, rate_hz: float, n_channels: int) -> None:
         """Wait for the first window to fill."""
-        self._encoding, self._rate_hz = encoding, rate_hz
+        self._encoding, self._rate_hz, self._n_channels = encoding, rate_hz, n_channels
         self._length = round(encoding.window_s * rate_hz)
         encoding.require(self._length, rate_hz, "the stream")
         self._stride = max(1, round(encoding.stride_s * rate_hz))
-        self._ring = np.zeros((n_channels, self._length), np.float32)
         self.skip()
 
     def skip(self) -> None:
         """Begin anew: samples are missing before the next, and no window may hold both sides."""
-        self._n = 0
+        self._held, self._start = np.empty((self._n_channels, 0), np.float32), 0
 
     def feed(self, time_s: float, samples: NDArray[np.float32]) -> list[Ready]:
         """Take in samples, (n, channel), the first taken at `time_s`; return what is ready.
@@ -353,35 +348,21 @@ class SpectrumStream:
         InputError
             If there are more or fewer channels than the model learnt from.
         """
-        if samples.ndim != 2 or samples.shape[1] != len(self._ring):
+        if samples.ndim != 2 or samples.shape[1] != self._n_channels:
             found = f"samples of shape {samples.shape}"
-            raise InputError(f"the vibration: expected {len(self._ring)} channels, found {found}")
+            raise InputError(f"the vibration: expected {self._n_channels} channels, found {found}")
+        self._held = np.concatenate([self._held, samples.T], axis=1, dtype=np.float32)
         ready: list[Ready] = []
-        done = 0
-        while done < len(samples):
-            until = self._next_end() - self._n
-            taken = samples[done : done + until]
-            self._keep(taken)
-            done += len(taken)
-            if len(taken) == until:
-                ready.append(Ready(self._spectrum(), time_s + done / self._rate_hz))
+        while (stop := self._start + self._length) <= self._held.shape[1]:
+            taken = len(samples) + stop - self._held.shape[1]
+            spectrum = self._spectrum(self._held[:, self._start : stop])
+            ready.append(Ready(spectrum, time_s + taken / self._rate_hz))
+            self._start += self._stride
+        gone = min(self._start, self._held.shape[1])  # a stride may be longer than a window
+        self._held, self._start = self._held[:, gone:], self._start - gone
         return ready
 
-    def _next_end(self) -> int:
-        """Return the number of samples at which the next window ends."""
-        if self._n < self._length:
-            return self._length
-        return self._n + self._stride - (self._n - self._length) % self._stride
-
-    def _keep(self, taken: NDArray[np.float32]) -> None:
-        at = (self._n + np.arange(len(taken))) % self._length
-        self._ring[:, at[-self._length :]] = taken[-self._length :].T
-        self._n += len(taken)
-
-    def _spectrum(self) -> NDArray[np.float32]:
-        start = self._n % self._length
-        window = np.concatenate([self._ring[:, start:], self._ring[:, :start]], axis=1)
-        if self._encoding.remove_mean:
-            window = without_mean(window)
+    def _spectrum(self, window: NDArray[np.float32]) -> NDArray[np.float32]:
         encoding = self._encoding
+        window = without_mean(window) if encoding.remove_mean else window
         return amplitude_spectrum(window, encoding.fft_points, encoding.model_bins)

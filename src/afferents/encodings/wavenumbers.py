@@ -1,6 +1,5 @@
 """Waves in the markers' pattern: their strengths by wavelength and direction."""
 
-from collections import deque
 from collections.abc import Iterable
 from typing import Annotated, Any
 
@@ -9,8 +8,8 @@ from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents import dims
-from afferents.encodings.base import Floats, ImageEncoding, Option
-from afferents.encodings.images import FRAMES, FRAMES_OPTION
+from afferents.encodings.base import Floats, Option
+from afferents.encodings.images import RunsOfFrames
 from afferents.store.recording import spacing_mm
 
 
@@ -47,7 +46,7 @@ _LEAST_POWER = 1e-6
 """In px squared, that of noise of 0.0001 px a marker: below all that is tracked."""
 
 
-class WavenumberEncoding(ImageEncoding):
+class WavenumberEncoding(RunsOfFrames):
     """The power of a run's images over wavenumbers is a sample.
 
     The natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
@@ -66,16 +65,10 @@ class WavenumberEncoding(ImageEncoding):
     name = "wavenumbers"
     sample_dims = (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)
 
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
     every: Annotated[
         PositiveInt,
         Option("--every", "Use one video frame in N, as if the camera were N times slower.", int),
     ] = 1
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
 
     @property
     def step(self) -> int:
@@ -84,76 +77,31 @@ class WavenumberEncoding(ImageEncoding):
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the waves of runs of images."""
-        return np.stack([log_waves(wave_spectra(run), lookback) for run in runs])
+        return np.stack([self.of_run(self.of_frames(run), lookback) for run in runs])
+
+    def of_frames(self, frames: Floats) -> NDArray[np.complex64]:
+        """Return the waves in tactile images (..., row, column), with their phases."""
+        n_rows, n_columns = frames.shape[-2:]
+        taper = np.outer(_taper(n_rows), _taper(n_columns)).astype(np.float32)
+        level = frames - frames.mean(axis=(-2, -1), keepdims=True)
+        return np.asarray(np.fft.rfft2(level * taper))
+
+    def of_run(self, frames: NDArray[np.complex64], lookback: int) -> Floats:
+        """Return the waves of one run, from those of its images, as `of_frames` gives them.
+
+        Of a response that looks back at no frame, SA-I, what stands still through the run is taken
+        out.
+        """
+        if lookback == 0:
+            frames = frames - frames.mean(axis=0, keepdims=True)
+        power = (np.abs(frames) ** 2).mean(axis=0)
+        logs = np.log(power + _LEAST_POWER)
+        return np.asarray(logs - logs.mean(), dtype=np.float32)
 
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the wavenumbers of rows and columns."""
         rows, columns = np.fft.fftfreq(runs.shape[3]), np.fft.rfftfreq(runs.shape[4])
         return {dims.ROW_WAVENUMBER: rows, dims.COLUMN_WAVENUMBER: columns}
-
-    def stream(self, lookback: int) -> "WaveStream":
-        """Return what gives, at every image, the waves of the run that it ends."""
-        return WaveStream(self, lookback)
-
-
-def wave_spectra(images: NDArray[np.float32]) -> NDArray[np.complex64]:
-    """Return the waves in tactile images (..., row, column), with their phases."""
-    n_rows, n_columns = images.shape[-2:]
-    taper = np.outer(_taper(n_rows), _taper(n_columns)).astype(np.float32)
-    level = images - images.mean(axis=(-2, -1), keepdims=True)
-    return np.asarray(np.fft.rfft2(level * taper))
-
-
-def log_waves(spectra: NDArray[np.complex64], memory: int) -> NDArray[np.float32]:
-    """Return the waves of one run, from the spectra of its images.
-
-    Parameters
-    ----------
-    spectra
-        (frame, component, row_wavenumber, column_wavenumber), as `wave_spectra` gives them.
-    memory
-        How many earlier frames the response looks back at: 0, SA-I, takes out what stands still
-        through the run.
-    """
-    if memory == 0:
-        spectra = spectra - spectra.mean(axis=0, keepdims=True)
-    power = (np.abs(spectra) ** 2).mean(axis=0)
-    logs = np.log(power + _LEAST_POWER)
-    return np.asarray(logs - logs.mean(), dtype=np.float32)
-
-
-class WaveStream:
-    """The waves of the last run of images, where offline one run follows the other.
-
-    Parameters
-    ----------
-    encoding
-        How long a run is.
-    memory
-        See `log_waves`.
-    """
-
-    def __init__(self, encoding: WavenumberEncoding, memory: int) -> None:
-        """Wait for the first run to fill."""
-        self._memory = memory
-        self._spectra: deque[NDArray[np.complex64]] = deque(maxlen=encoding.frames)
-
-    def skip(self) -> None:
-        """Begin anew: frames are missing before the next, and no run may hold both sides."""
-        self._spectra.clear()
-
-    def feed(self, image: Floats) -> Floats | None:
-        """Return the waves of the run that an image ends; None until a run is full.
-
-        Parameters
-        ----------
-        image
-            (row, column), or (component, row, column) of a vector.
-        """
-        self._spectra.append(wave_spectra(image if image.ndim == 3 else image[np.newaxis]))
-        if len(self._spectra) < (self._spectra.maxlen or 0):
-            return None
-        return log_waves(np.stack(self._spectra), self._memory)
 
 
 def _taper(n: int) -> NDArray[np.float64]:

@@ -243,18 +243,13 @@ def _with_markers(responses: Responses, corruption: Corruption, name: str) -> Re
     noise = corruption.noise(position.shape, name)
     seen = position.values + noise
     still = (rest + noise[at_rest]).astype(rest.dtype)
-    if corruption.lost:
-        unseen = corruption.unseen(position[dims.TIME].values, rest.values, name)
-        unseen[: at_rest + 1] = False
-        seen[unseen] = np.nan
-    if corruption.frames:
-        left = corruption.left(len(seen), name)
-        used = np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])
-    else:
-        used = np.arange(len(seen))
+    unseen = corruption.unseen(position[dims.TIME].values, rest.values, name)
+    unseen[: at_rest + 1] = False
+    seen[unseen] = np.nan
+    left = corruption.left(len(seen), name)
+    used = {dims.TIME: np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])}
     moved = of_no_digest(position.copy(data=seen.astype(position.dtype)))
-    kept = {dims.TIME: used}
-    return with_markers(responses.isel(kept), moved.isel(kept), still)
+    return with_markers(responses.isel(used), moved.isel(used), still)
 
 
 def with_markers(responses: Responses, position: xr.DataArray, rest: xr.DataArray) -> Responses:

@@ -436,10 +436,6 @@ class ByAngle(Split):
         self._require_everywhere(kept)
         return kept
 
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        """Return numbers of arcs as text."""
-        return tuple(str(number).strip() for number in wanted)
-
     def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
         """Return the number of each sample's arc, from 0; `_NOWHERE` where it is of none.
 

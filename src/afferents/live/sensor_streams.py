@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.devices.clock import HostClock
 from afferents.documents import as_form
-from afferents.encodings.base import Ready, VibrationEncoding
+from afferents.encodings.base import Ready, VibrationEncoding, VibrationStream
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
@@ -183,7 +183,7 @@ class AudioStream(SensorStream):
         self.n_channels = n_channels
         self.offset_s = offset_s
         self.newest: Ready | None = None
-        self._samples = encoding.stream(rate_hz, n_channels)
+        self._samples: VibrationStream = encoding.stream(rate_hz, n_channels)
         self._next_s: float | None = None
 
     @classmethod

@@ -151,11 +151,6 @@ class Network(Classifier):
         logits: Tensor = self.dense[-1](features)
         return logits
 
-    def forward(self, samples: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of samples `(batch, *sample_shape)`."""
-        logits: Tensor = self.dense(self.features(samples))
-        return logits
-
     @property
     def n_last(self) -> int:
         """Number of last features."""
@@ -190,11 +185,13 @@ class Solved(Classifier):
     temperature: Tensor
 
     @abstractmethod
-    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: Any, rng: np.random.Generator, penalty: float) -> None:
         """Learn, in place.
 
         Parameters
         ----------
+        data
+            As `gathered` returns them, a `FitData` unless that is written anew.
         rng
             For whatever is drawn.
         penalty
@@ -210,10 +207,6 @@ class Solved(Classifier):
             How many there are with those that this is added to, or taken from.
         """
         return data
-
-    def solve_gathered(self, gathered: Any, rng: np.random.Generator, penalty: float) -> None:
-        """Learn from what was gathered, in place."""
-        self.solve(gathered, rng, penalty)
 
     @abstractmethod
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:

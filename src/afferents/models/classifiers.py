@@ -166,10 +166,6 @@ class OwnNetwork(Network):
         """Return them."""
         return features
 
-    def forward(self, samples: Tensor) -> Tensor:
-        """Return logits (batch, n_classes)."""
-        return self.features(samples)
-
 
 class OwnEstimator(Solved):
     """A scikit-learn estimator on flattened values; its scores are its log-probabilities."""

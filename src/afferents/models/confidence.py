@@ -109,7 +109,8 @@ class Novelty(nn.Module):
 
     def distance(self, values: Tensor) -> Tensor:
         """Return the smallest Mahalanobis distance (n,) of values (n, feature) to a class."""
-        return nearest(values, self.means, self.whitening)
+        off = (values.unsqueeze(1) - self.means) @ self.whitening
+        return off.square().sum(2).min(1).values.sqrt()
 
     @torch.no_grad()
     def fit(self, values: Tensor, labels: Tensor, unseen: Tensor) -> None:
@@ -127,45 +128,19 @@ class Novelty(nn.Module):
 
     @torch.no_grad()
     def fit_classes(self, values: Tensor, labels: Tensor) -> None:
-        """Learn the classes from training samples, (n, feature) and (n,), in place."""
-        self.means, self.whitening = class_moments(values, labels, len(self.means))
+        """Learn the classes from training samples, (n, feature) and (n,), in place.
+
+        None of the classes may be empty. What whitens their common covariance is a factor of its
+        inverse, (feature, feature).
+        """
+        self.means = torch.stack([values[labels == c].mean(0) for c in range(len(self.means))])
+        within = (values - self.means[labels]).double()
+        covariance = within.T @ within / len(within)
+        variance = covariance.diagonal().mean().clamp_min(_LEAST_VARIANCE)
+        ridge = _RIDGE * variance * torch.eye(len(covariance))
+        self.whitening = torch.linalg.cholesky(torch.linalg.inv(covariance + ridge)).float()
 
     @torch.no_grad()
     def set_limit(self, distances: Tensor) -> None:
         """Set the limit that `KNOWN` of the distances (m,) of known but unseen samples keep to."""
         self.limit = torch.quantile(distances, KNOWN)
-
-
-def nearest(values: Tensor, means: Tensor, whitening: Tensor) -> Tensor:
-    """Return the distance (n,) of values (n, feature) to the nearest of some means.
-
-    Parameters
-    ----------
-    means
-        (class, feature).
-    whitening
-        (feature, feature), as of `class_moments`.
-    """
-    off = (values.unsqueeze(1) - means) @ whitening
-    return off.square().sum(2).min(1).values.sqrt()
-
-
-def class_moments(values: Tensor, labels: Tensor, n_classes: int) -> tuple[Tensor, Tensor]:
-    """Return the classes' means and what whitens their common covariance.
-
-    Parameters
-    ----------
-    values, labels
-        Of samples, (n, feature) and (n,); none of the classes is empty.
-
-    Returns
-    -------
-    means, whitening
-        (class, feature), and (feature, feature): a factor of the inverse of the covariance.
-    """
-    means = torch.stack([values[labels == c].mean(0) for c in range(n_classes)])
-    within = (values - means[labels]).double()
-    covariance = within.T @ within / len(within)
-    variance = covariance.diagonal().mean().clamp_min(_LEAST_VARIANCE)
-    ridge = _RIDGE * variance * torch.eye(len(covariance))
-    return means, torch.linalg.cholesky(torch.linalg.inv(covariance + ridge)).float()

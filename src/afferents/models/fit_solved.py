@@ -256,9 +256,7 @@ def _leaving_out(
         else:
             its = FitData(*(one[torch.from_numpy(gone)] for one in everything))
             learnt = whole - classifier.gathered(its, len(index))
-        return lambda penalty: classifier.solve_gathered(
-            learnt, np.random.default_rng(seed), penalty
-        )
+        return lambda penalty: classifier.solve(learnt, np.random.default_rng(seed), penalty)
 
     return learn_without
 
@@ -291,7 +289,7 @@ def learn(
 
     Every texture counts the same in each group of the split.
     """
-    data = _data_of(samples, labels, index, split)
+    data = classifier.gathered(_data_of(samples, labels, index, split))
     classifier.solve(data, np.random.default_rng(seed), penalty)
 
 
@@ -304,15 +302,12 @@ def _data_of(samples: Samples, labels: Indices, index: Indices, split: Split) ->
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
     """Return a model's scores of some samples, and their speeds to one that is told by a robot."""
-    parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]
-    told = [
-        torch.from_numpy(samples[dims.SPEED].values[p]) if classifier.told_speed else None
-        for p in parts
-    ]
-    return torch.cat([
-        classifier.scores(torch.from_numpy(samples.values[p]), speed)
-        for p, speed in zip(parts, told, strict=True)
-    ])  # fmt: skip
+    values, speed_mm_s = samples.values, samples[dims.SPEED].values
+    found = []
+    for part in np.split(index, range(_BATCH, len(index), _BATCH)):
+        told = torch.from_numpy(speed_mm_s[part]) if classifier.told_speed else None
+        found.append(classifier.scores(torch.from_numpy(values[part]), told))
+    return torch.cat(found)
 
 
 def _at_temperature(scores: Tensor, temperature: float) -> Floats:

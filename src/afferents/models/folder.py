@@ -17,7 +17,7 @@ from afferents import dims
 from afferents.channels import channel_of
 from afferents.encodings.samples import Samples
 from afferents.encodings.settings import encoding_of
-from afferents.errors import AfferentsError, InputError, raised, reason_of
+from afferents.errors import AfferentsError, InputError, raised, reading
 from afferents.files import holds_only, write_aside
 from afferents.models.base import Classifier, Task, build_for
 from afferents.models.card import CARD, ESTIMATOR, WEIGHTS, Card, read_card
@@ -139,14 +139,10 @@ def load_weights(model: nn.Module, path: Path) -> None:
     InputError
         If the file is missing, is no safetensors file, or belongs to another network.
     """
+    with reading(path, "weights as safetensors", OSError, SafetensorError):
+        weights = load(path.read_bytes())
     try:
-        model.load_state_dict(load(path.read_bytes()))
-    except OSError as error:
-        raise InputError(
-            f"{path}: expected weights that can be read, found {reason_of(error)}"
-        ) from error
-    except SafetensorError as error:
-        raise InputError(f"{path}: expected weights as safetensors, found {error!s}") from error
+        model.load_state_dict(weights)
     except RuntimeError as error:
         found = str(error).splitlines()[-1].strip()
         raise InputError(
@@ -170,7 +166,7 @@ def save_model(deployed: Deployed, card: Card, folder: Path) -> None:
         partial.mkdir()
         save_weights(deployed, partial / WEIGHTS)
         if isinstance(deployed.network, OwnEstimator):
-            save_estimator(deployed.network.fitted, partial / ESTIMATOR)
+            (partial / ESTIMATOR).write_bytes(_stored(deployed.network.fitted))
         (partial / CARD).write_text(card.to_json(indent=2) + "\n", encoding="utf-8")
 
 
@@ -214,11 +210,6 @@ def _kind(card: Card) -> type[Classifier]:
 _ESTIMATOR = "an estimator whose types are scikit-learn's, or estimators of a module of one's own"
 
 
-def save_estimator(fitted: Any, path: Path) -> None:
-    """Write a fitted estimator; see `own_types` for what can be written."""
-    path.write_bytes(_stored(fitted))
-
-
 def own_types(classifier: Classifier) -> tuple[str, ...] | None:
     """Return the classes of a user's own in a fitted estimator, each as ``module:NAME``.
 
@@ -253,12 +244,8 @@ def load_estimator(path: Path, own: Sequence[str]) -> Any:
     InputError
         If the file is missing, damaged, or holds anything else.
     """
-    try:
+    with reading(path, _ESTIMATOR, OSError):
         content = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{path}: expected an estimator that can be read, found {raised(error)}"
-        ) from error
     return _load(content, own, path)
 
 

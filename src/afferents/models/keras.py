@@ -23,27 +23,9 @@ from afferents.plugins import import_extra
 Floats = NDArray[np.float32]
 
 
-class KerasArray(NamedTuple):
-    """An array of a Keras network.
-
-    Attributes
-    ----------
-    role
-        What it is to its layer, as Keras names it: ``kernel``, ``recurrent_kernel``, ``bias``,
-        ``gamma``, ``beta``, ``moving_mean`` or ``moving_variance``.
-    values
-        In the order of dims that Keras has: kernels (..., in, out).
-    """
-
-    role: str
-    values: Floats
-
-
 @torch.no_grad()
-def put_keras_weights(
-    network: Network, arrays: Sequence[KerasArray], where: object = "weights"
-) -> None:
-    """Put a Keras network's weights into ours of the same layers, in place.
+def load_keras_weights(network: Network, path: Path) -> None:
+    """Read the weights of one of the paper's networks into ours, in place; needs `h5py`.
 
     Layers are told by their order alone, so what they are called, and whether each is wrapped for
     every frame (``TimeDistributed``) or all of them together, does not matter. Images that the
@@ -52,19 +34,19 @@ def put_keras_weights(
     Parameters
     ----------
     network
-        A `SpatialNet`, `CnnLstm` or `VibrationNet` for as many textures.
-    arrays
-        Of all layers, in their order.
-    where
-        The file, for the error.
+        A `SpatialNet`, `CnnLstm` or `VibrationNet` for as many textures and samples of the same
+        shape: `models.classifiers.build`.
+    path
+        As ``model.save`` or ``model.save_weights`` of Keras 2 writes it.
 
     Raises
     ------
     InputError
-        If there are too few or too many arrays, or one has another shape. The network is then
-        worth nothing.
+        If the file is missing, none of Keras', of another network (with too few or too many
+        arrays, or one of another shape), or its layers are set otherwise than ours (LSTMs with hard
+        sigmoid gates). The network is then worth nothing.
     """
-    taken = _Taken(arrays, where)
+    taken = _Taken(_arrays_in(path), path)
     flattened = _Flattened()
     for module in network.modules():
         if isinstance(module, nn.Conv2d):
@@ -107,8 +89,8 @@ class _Flattened(NamedTuple):
 class _Taken:
     """Arrays that are taken in their order, those of each role apart."""
 
-    def __init__(self, arrays: Sequence[KerasArray], where: object) -> None:
-        self._where = where
+    def __init__(self, arrays: Sequence[tuple[str, Floats]], path: Path) -> None:
+        self._path = path
         self._left: dict[str, list[Floats]] = {}
         for role, values in arrays:
             self._left.setdefault(role, []).append(values)
@@ -116,7 +98,7 @@ class _Taken:
     def next(self, role: str) -> Floats:
         if not self._left.get(role):
             raise InputError(
-                f"{self._where}: expected another {role} for the layers of this network, found none"
+                f"{self._path}: expected another {role} for the layers of this network, found none"
             )
         return self._left[role].pop(0)
 
@@ -125,7 +107,7 @@ class _Taken:
         if tuple(ours.shape) != values.shape:
             expected, found = (" x ".join(map(str, shape)) for shape in (ours.shape, values.shape))
             raise InputError(
-                f"{self._where}: expected weights of {expected} in this layer, found {found}"
+                f"{self._path}: expected weights of {expected} in this layer, found {found}"
             )
         ours.copy_(torch.from_numpy(np.ascontiguousarray(values)))
 
@@ -133,7 +115,7 @@ class _Taken:
         if left := {role: len(arrays) for role, arrays in self._left.items() if arrays}:
             found = ", ".join(f"{n} of the kind {role}" for role, n in left.items())
             raise InputError(
-                f"{self._where}: expected no more weights than this network has, found {found} more"
+                f"{self._path}: expected no more weights than this network has, found {found} more"
             )
 
 
@@ -177,33 +159,12 @@ _SETTINGS: dict[str, dict[str, str | float]] = {
 """What our layers do; a file that says otherwise of its own would give other outputs."""
 
 
-def load_keras_weights(network: Network, path: Path) -> None:
-    """Read the weights of one of the paper's networks into ours, in place; needs `h5py`.
-
-    Parameters
-    ----------
-    network
-        For as many textures and samples of the same shape: `models.classifiers.build`.
-    path
-        As ``model.save`` or ``model.save_weights`` of Keras 2 writes it. Its network learnt from
-        transposed images, as published; ours takes images (row, column).
-
-    Raises
-    ------
-    InputError
-        If the file is missing, none of Keras', of another network, or its layers are set otherwise
-        than ours (LSTMs with hard sigmoid gates).
-    """
-    put_keras_weights(network, read_keras_weights(path), path)
-
-
-def read_keras_weights(path: Path) -> list[KerasArray]:
+def _arrays_in(path: Path) -> list[tuple[str, Floats]]:
     """Return the arrays of all layers of a network that Keras saved, in the layers' order.
 
-    Raises
-    ------
-    InputError
-        As `load_keras_weights`.
+    Each with its role, what it is to its layer as Keras names it: ``kernel``,
+    ``recurrent_kernel``, ``bias``, ``gamma``, ``beta``, ``moving_mean`` or ``moving_variance``. Its
+    dims are in the order that Keras has: kernels (..., in, out).
     """
     h5py = import_extra("hdf5", str(path), "h5py")
     if not path.is_file():
@@ -216,7 +177,7 @@ def read_keras_weights(path: Path) -> list[KerasArray]:
         raise InputError(f"{path}: expected {_WHAT}, found {error!s}") from error
 
 
-def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
+def _arrays(path: Path, weights: Any) -> Iterator[tuple[str, Floats]]:
     if "layer_names" not in weights.attrs:
         raise InputError(f"{path}: expected {_WHAT}, found no list of layers")
     for layer in map(_text, weights.attrs["layer_names"]):
@@ -228,7 +189,7 @@ def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
                 raise InputError(
                     f"{path}: expected a network as small as the paper's, found {found}"
                 )
-            yield KerasArray(role, np.asarray(group[name][()], dtype=np.float32))
+            yield role, np.asarray(group[name][()], dtype=np.float32)
 
 
 def _require_settings(path: Path, config: Any) -> None:

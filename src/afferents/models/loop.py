@@ -193,17 +193,14 @@ class History:
     def add(self, epoch: Epoch, model: nn.Module) -> None:
         """Take in an epoch that has just ended; the model's weights are kept if it is the best."""
         self.epochs.append(epoch)
-        if not self.best_epoch or epoch.validation_accuracy > self._best.validation_accuracy:
+        best = self.epochs[self.best_epoch - 1].validation_accuracy
+        if not self.best_epoch or epoch.validation_accuracy > best:
             self.best_epoch = epoch.number
             self.weights = {name: value.clone() for name, value in model.state_dict().items()}
 
     def is_over(self, patience: int | None) -> bool:
         """Tell whether `patience` epochs have gone by without a better one; never of None."""
         return patience is not None and len(self.epochs) - self.best_epoch >= patience
-
-    @property
-    def _best(self) -> Epoch:
-        return self.epochs[self.best_epoch - 1]
 
 
 # Checkpoints: a training that was stopped goes on where it was, to the same weights.

@@ -93,86 +93,76 @@ def _row(name: str, title: str, channel: str, encoding: str, classifier: str, **
     return Model(name, title, channel=channel, encoding=encoding, classifier=classifier, **more)
 
 
-TABLE1: dict[str, Model] = {
-    model.name: model
-    for model in (
-        _row("sa-se", "SA-SE", SA1, "spatial", "spatial-net"),
-        _row("ra-se", "RA-SE", RA1, "spatial", "spatial-net"),
-        _row("sa-ste", "SA-STE", SA1, "spatiotemporal", "cnn-lstm"),
-        _row("ra-ste", "RA-STE", RA1, "spatiotemporal", "cnn-lstm"),
-        _row("vib-te", "vib-TE", RA2, "spectral", "vibration-net"),
-        _row("vib-te-aug", "vib-TE augmented", RA2, "spectral", "vibration-net", stretched=True),
-    )
-}
+def _by_name(*models: Model) -> dict[str, Model]:
+    return {model.name: model for model in models}
+
+
+TABLE1: dict[str, Model] = _by_name(
+    _row("sa-se", "SA-SE", SA1, "spatial", "spatial-net"),
+    _row("ra-se", "RA-SE", RA1, "spatial", "spatial-net"),
+    _row("sa-ste", "SA-STE", SA1, "spatiotemporal", "cnn-lstm"),
+    _row("ra-ste", "RA-STE", RA1, "spatiotemporal", "cnn-lstm"),
+    _row("vib-te", "vib-TE", RA2, "spectral", "vibration-net"),
+    _row("vib-te-aug", "vib-TE augmented", RA2, "spectral", "vibration-net", stretched=True),
+)
 """The paper's."""
 
-BEYOND: dict[str, Model] = {
-    model.name: model
-    for model in (
-        _row("ra-se-aug", "RA-SE augmented", RA1, "spatial", "spatial-net", stretched=True),
-        _row(
-            "sa-ste-aug", "SA-STE augmented", SA1, "spatiotemporal", "cnn-lstm", stretched=True
-        ),
-        _row(
-            "ra-ste-aug", "RA-STE augmented", RA1, "spatiotemporal", "cnn-lstm", stretched=True
-        ),
-        _row("ridge-te", "ridge on log spectra", RA2, "orders", "ridge"),
-        _row("order-te", "orders", RA2, "orders", "orders"),
-        _row(
-            "order-te-measured", "orders, speed measured", RA2, "orders", "orders",
-            speed_from="fingertip",
-        ),
-        _row(
-            "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
-            speed_from="robot",
-        ),
-        _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
-        _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
-        _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
-        _row("ra-wave", "RA-I waves", RA1, "wavenumbers", "ridge"),
-        _row("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", "ridge"),
-        _row(
-            "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
-            "ridge",
-        ),
-        _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
-        _row("spike-rate", "RA-I spike rates", RA1_SPIKES, "spike-rate", "discriminant"),
-        _row("sa-spike-rate", "SA-I spike rates", SA1_SPIKES, "spike-rate", "discriminant"),
-        _row("spike-timing", "RA-II spike timing", RA2_SPIKES, "spike-timing", "discriminant"),
-        _row(
-            "spike-images", "RA-I spikes in images", RA1_SPIKES, "spatiotemporal", "cnn-lstm"
-        ),
-        _row("shear", "global shear", SHEAR, "moments", "discriminant"),
-        _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
-        _row(
-            "sa-wave-local", "SA-I vector waves without shear", SA1_LOCAL, "wavenumbers", "ridge"
-        ),
-        _row(
-            "fusion-shear", "fusion, late, of shear and the rest", SHEAR, "moments", "late-fusion",
-            parts=("shear", "sa-local", "sa-wave-local"),
-        ),
-        _row(
-            "fusion", "fusion, late", RA2, "orders", "late-fusion",
-            parts=("order-te", "sa-wave-vector"),
-        ),
-        _row(
-            "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
-            speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
-        ),
-        _row(
-            "fusion-networks", "fusion, late, of the paper's networks", RA2, "spectral",
-            "mean-fusion", parts=("vib-te-aug", "sa-ste", "ra-ste"),
-        ),
-        _row(
-            "three-stems", "fusion, one network with three stems", RA2, "spectral", "three-stems",
-            parts=("vib-te", "sa-ste", "ra-ste"),
-        ),
-        _row(
-            "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",
-            parts=("order-te", "sa-wave-vector"),
-        ),
-    )
-}  # fmt: skip
+BEYOND: dict[str, Model] = _by_name(
+    _row("ra-se-aug", "RA-SE augmented", RA1, "spatial", "spatial-net", stretched=True),
+    _row("sa-ste-aug", "SA-STE augmented", SA1, "spatiotemporal", "cnn-lstm", stretched=True),
+    _row("ra-ste-aug", "RA-STE augmented", RA1, "spatiotemporal", "cnn-lstm", stretched=True),
+    _row("ridge-te", "ridge on log spectra", RA2, "orders", "ridge"),
+    _row("order-te", "orders", RA2, "orders", "orders"),
+    _row(
+        "order-te-measured", "orders, speed measured", RA2, "orders", "orders",
+        speed_from="fingertip",
+    ),
+    _row(
+        "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
+        speed_from="robot",
+    ),
+    _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
+    _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
+    _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
+    _row("ra-wave", "RA-I waves", RA1, "wavenumbers", "ridge"),
+    _row("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", "ridge"),
+    _row(
+        "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
+        "ridge",
+    ),
+    _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
+    _row("spike-rate", "RA-I spike rates", RA1_SPIKES, "spike-rate", "discriminant"),
+    _row("sa-spike-rate", "SA-I spike rates", SA1_SPIKES, "spike-rate", "discriminant"),
+    _row("spike-timing", "RA-II spike timing", RA2_SPIKES, "spike-timing", "discriminant"),
+    _row("spike-images", "RA-I spikes in images", RA1_SPIKES, "spatiotemporal", "cnn-lstm"),
+    _row("shear", "global shear", SHEAR, "moments", "discriminant"),
+    _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
+    _row("sa-wave-local", "SA-I vector waves without shear", SA1_LOCAL, "wavenumbers", "ridge"),
+    _row(
+        "fusion-shear", "fusion, late, of shear and the rest", SHEAR, "moments", "late-fusion",
+        parts=("shear", "sa-local", "sa-wave-local"),
+    ),
+    _row(
+        "fusion", "fusion, late", RA2, "orders", "late-fusion",
+        parts=("order-te", "sa-wave-vector"),
+    ),
+    _row(
+        "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
+        speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
+    ),
+    _row(
+        "fusion-networks", "fusion, late, of the paper's networks", RA2, "spectral",
+        "mean-fusion", parts=("vib-te-aug", "sa-ste", "ra-ste"),
+    ),
+    _row(
+        "three-stems", "fusion, one network with three stems", RA2, "spectral", "three-stems",
+        parts=("vib-te", "sa-ste", "ra-ste"),
+    ),
+    _row(
+        "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",
+        parts=("order-te", "sa-wave-vector"),
+    ),
+)  # fmt: skip
 """Our own: docs/models.md says what they are."""
 
 MODELS: dict[str, Model] = TABLE1 | BEYOND

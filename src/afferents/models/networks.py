@@ -85,18 +85,7 @@ class SpatialNet(Network):
         """Build the layers and draw the weights."""
         super().__init__()
         self.image = image_stack()
-        self.dense = nn.Sequential(
-            nn.Dropout(0.4),
-            RegularisedLinear(image_features(n_rows, n_columns), 32),
-            nn.ReLU(),
-            batch_norm_units(32),
-            nn.Dropout(0.4),
-            RegularisedLinear(32, 16),
-            nn.ReLU(),
-            batch_norm_units(16),
-            nn.Dropout(0.2),
-            RegularisedLinear(16, n_classes),
-        )
+        self.dense = dense_layers(image_features(n_rows, n_columns), n_classes, second_dropout=0.4)
         initialise_like_keras(self)
 
     def features(self, images: Tensor) -> Tensor:
@@ -222,14 +211,17 @@ class CnnLstm(Network):
         return last_state(self.lstm, of_frames)
 
 
-def dense_layers(n_features: int, n_classes: int) -> nn.Sequential:
-    """Return the dense layers behind the LSTM (train_dynamic.ipynb, cell 4)."""
+def dense_layers(n_features: int, n_classes: int, second_dropout: float = 0.2) -> nn.Sequential:
+    """Return the dense layers behind the image stack or the LSTM, which differ in one dropout.
+
+    (train_static.ipynb and train_dynamic.ipynb, cell 4.)
+    """
     return nn.Sequential(
         nn.Dropout(0.4),
         RegularisedLinear(n_features, 32),
         nn.ReLU(),
         batch_norm_units(32),
-        nn.Dropout(0.2),
+        nn.Dropout(second_dropout),
         RegularisedLinear(32, 16),
         nn.ReLU(),
         batch_norm_units(16),

@@ -21,15 +21,12 @@ class LayerShape(NamedTuple):
     shape
         What leaves it, of one sample, channels last as Keras writes them: `9 x 9 x 64`; of a
         network that goes through frames with the same weights, `10 of 9 x 9 x 64`.
-    n_values
-        How many values these are.
     n_parameters
         As Keras counts them; see `count_parameters`.
     """
 
     title: str
     shape: str
-    n_values: int
     n_parameters: int
 
 
@@ -70,7 +67,7 @@ def _described(module: nn.Module, output: Any, frames: int) -> Iterator[LayerSha
     each = values.shape[0]
     shape = written_shape(tuple(values.shape[1:]))
     shape = f"{frames} of {shape}" if each == frames > 1 else shape
-    yield LayerShape(_title(module), shape, values.numel(), count_parameters(module).total)
+    yield LayerShape(_title(module), shape, count_parameters(module).total)
 
 
 def _lstm_layers(lstm: nn.LSTM, sequence: Tensor) -> Iterator[LayerShape]:
@@ -86,7 +83,6 @@ def _lstm_layers(lstm: nn.LSTM, sequence: Tensor) -> Iterator[LayerShape]:
         yield LayerShape(
             f"LSTM {units}, {'last state' if last else 'sequence'}",
             f"{units}" if last else f"{frames} x {units}",
-            units if last else frames * units,
             count,
         )
 

@@ -235,22 +235,16 @@ class Ridge(Solved):
         """Number of textures, whose scores tell what is unknown."""
         return cast("nn.Linear", self.dense[0]).out_features
 
-    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
-        """Learn from samples, in place; the speeds tell nothing."""
-        self.solve_gathered(self.gathered(data), rng, penalty)
-
     def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
-        """Return the sums of samples; standardise by them."""
+        """Return the sums of samples, whose speeds tell nothing; standardise by them."""
         flat = data.values.flatten(1)
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
         targets = nn.functional.one_hot(data.labels, self.n_last)
         return sums(self.last_features(data.values), targets, data.weight, n_samples)
 
-    def solve_gathered(
-        self, gathered: Gram | Rows, rng: np.random.Generator, penalty: float
-    ) -> None:
+    def solve(self, data: Gram | Rows, rng: np.random.Generator, penalty: float) -> None:
         """Learn from the sums of samples, in place."""
-        self._take(*gathered.solve(penalty))
+        self._take(*data.solve(penalty))
 
     def _take(self, weight: Tensor, constant: Tensor) -> None:
         linear = cast("nn.Linear", self.dense[0])
@@ -336,11 +330,9 @@ class Discriminant(Ridge):
         targets = nn.functional.one_hot(data.labels, self.n_last)
         return sums(data.values.flatten(1), targets, data.weight, n_samples)
 
-    def solve_gathered(
-        self, gathered: Gram | Rows, rng: np.random.Generator, penalty: float
-    ) -> None:
+    def solve(self, data: Gram | Rows, rng: np.random.Generator, penalty: float) -> None:
         """Learn from the sums of samples, in place."""
-        self._take(*gathered.solve_as_discriminant(penalty))
+        self._take(*data.solve_as_discriminant(penalty))
 
 
 # Fusion: what several models of one touch say together.

@@ -122,7 +122,7 @@ def test_ridge_is_what_scikit_learn_calls_ridge():
     model = Ridge(3, (7,))
     speed, rng = np.full(60, 10.0), np.random.default_rng(0)
     given = (torch.from_numpy(a) for a in (values, labels, weight, speed))
-    model.solve(FitData(*given), rng, PENALTY)
+    model.solve(model.gathered(FitData(*given)), rng, PENALTY)
     standard = (values - values.mean(0)) / values.std(0)
     theirs = SklearnRidge(alpha=PENALTY).fit(standard, np.eye(3)[labels], sample_weight=weight)
     np.testing.assert_allclose(
@@ -152,7 +152,8 @@ def fitted(kind, values, labels, penalty, n_classes=3):
     task = Task(n_classes, values.shape[1:], (dims.FEATURE,))
     classifier = build_for(kind, task)
     ones = torch.ones(len(values))
-    classifier.solve(FitData(values, labels, ones, ones), np.random.default_rng(0), penalty)
+    data = classifier.gathered(FitData(values, labels, ones, ones))
+    classifier.solve(data, np.random.default_rng(0), penalty)
     return classifier
 
 
@@ -212,7 +213,8 @@ def test_a_ridge_of_sums_is_the_ridge_of_samples():
         grams.append(Gram(5, 3))
         grams[-1].add(values[part], targets[part], weight[part])
     ridge = Ridge(3, (5,))
-    ridge.solve(FitData(values, named, weight, weight), np.random.default_rng(0), PENALTY)
+    data = ridge.gathered(FitData(values, named, weight, weight))
+    ridge.solve(data, np.random.default_rng(0), PENALTY)
     weights, constants = sum_of(grams).solve_as_ridge()
     np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)
 
