@@ -19,7 +19,7 @@ from afferents.live.images import FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
-from afferents.live.raster import MarkerRaster, Raster, VibrationRaster
+from afferents.live.raster import Raster
 from afferents.live.reporters import ModelReporter, Reporter
 from afferents.markers.sensor import Sensor
 
@@ -48,13 +48,11 @@ class SensorStream(ABC):
     Attributes
     ----------
     raster
-        Which units fired in the last second; None where nobody asked, see
+        Which units fired in the last second; none where nobody asked, see
         `LivePipeline.show_spikes`.
     speed
         Of the source; see `Source`.
     """
-
-    raster: Raster | None = None
 
     def __init__(
         self, channel: Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
@@ -70,6 +68,7 @@ class SensorStream(ABC):
         self.reporters: Sequence[Reporter] = models or [looks_on]
         self.now_s = 0.0
         self.speed = 1.0
+        self.raster = Raster()
         self._clock = HostClock(_FORGET)
 
     @abstractmethod
@@ -83,8 +82,7 @@ class SensorStream(ABC):
         """Forget all but the counters: another recording begins."""
         self.now_s, self._clock = event.time_s, HostClock(_FORGET)
         self.quality.begin()
-        if self.raster is not None:
-            self.raster.begin()
+        self.raster.begin()
         for reporter in self.reporters:
             reporter.begin()
             reporter.truth = event.truth
@@ -103,8 +101,7 @@ class SensorStream(ABC):
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
-        if self.raster is not None:
-            self.raster.begin()
+        self.raster.begin()
         for reporter in self.reporters:
             reporter.interrupt(trouble.what)
         return self.report_nothing(state)
@@ -166,7 +163,6 @@ class AudioStream(SensorStream):
     """
 
     quality: AudioQuality
-    raster: VibrationRaster | None = None
 
     def __init__(
         self,
@@ -213,8 +209,7 @@ class AudioStream(SensorStream):
     def skip(self) -> None:
         """Begin anew: samples are missing before the next one."""
         self._samples.skip()
-        if self.raster is not None:
-            self.raster.skip()
+        self.raster.skip()
         super().skip()
 
     def feed(self, event: Event) -> Iterator[Prediction]:
@@ -223,8 +218,7 @@ class AudioStream(SensorStream):
         time_s = event.time_s - self.offset_s
         yield from self._predict(event, time_s)
         self.quality.add(event)
-        if self.raster is not None:
-            self.raster.take(time_s, event.samples)
+        self.raster.take(time_s, event.samples)
 
     def _predict(self, sound: Sound, time_s: float) -> list[Prediction]:
         self.counters.samples += len(sound.samples)
@@ -288,7 +282,6 @@ class VideoStream(SensorStream):
     """
 
     quality: VideoQuality
-    raster: MarkerRaster | None = None
 
     def __init__(self, images: Images, rate_hz: float, networks: Sequence[Network] = ()) -> None:
         """Wait for the rest frame."""
@@ -328,8 +321,7 @@ class VideoStream(SensorStream):
     def skip(self) -> None:
         """Begin anew: frames are missing before the next one."""
         self.images.skip()
-        if self.raster is not None:
-            self.raster.skip()
+        self.raster.skip()
         super().skip()
 
     def feed(self, event: Event) -> Iterator[Prediction]:
@@ -349,7 +341,7 @@ class VideoStream(SensorStream):
         self.picture = event
         self.newest = None if images is None else self.images.show(images)
         self.quality.add(event, self.newest)
-        if self.raster is not None and self.newest is not None:
+        if self.newest is not None:
             self.raster.take(event.time_s, self.newest)
 
     def _predict(self, picture: CameraFrame) -> tuple[FrameImages | None, list[Prediction]]:
