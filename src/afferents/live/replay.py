@@ -60,20 +60,17 @@ class Pace:
     def wait(self, time_s: float) -> bool:
         """Sleep until the recording's time has come; tell whether it goes on then."""
         if not math.isinf(self.speed):
-            self.closed.wait(max(0.0, self._due_s(time_s) - time.monotonic()))
+            with self._lock:
+                if self._start_s is None:
+                    self._start_s = time.monotonic() - time_s / self.speed
+                due_s = self._start_s + time_s / self.speed
+            self.closed.wait(max(0.0, due_s - time.monotonic()))
         return not self.closed.is_set()
 
     def rewind(self) -> None:
         """Begin anew with the next event that anybody waits for."""
         self._start_s = None
         self.closed.clear()
-
-    def _due_s(self, time_s: float) -> float:
-        """Return when a time of the recording comes, on the monotonic clock."""
-        with self._lock:
-            if self._start_s is None:
-                self._start_s = time.monotonic() - time_s / self.speed
-            return self._start_s + time_s / self.speed
 
 
 class Played:
