@@ -15,10 +15,11 @@ from afferents.recorder.devices import PATIENCE_S, Devices
 from afferents.recorder.files import SoundWriter, VideoWriter
 from afferents.recorder.plan import Plan
 from afferents.recorder.watch import Watch
+from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log, sound_clock
 from afferents.store.drum_path import Drum
 
-VIDEO, AUDIO, DAMAGED = "video.mp4", "audio.wav", "damaged"
+DAMAGED = "damaged"
 LOOK_S = 0.02
 """The drive is read this often: its watchdog lets it turn for half a second without."""
 TAIL_S = 0.2
