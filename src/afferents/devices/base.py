@@ -9,11 +9,11 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from afferents.errors import AfferentsError, InputError
 from afferents.forms import StrictForm
@@ -150,6 +150,22 @@ class DriveLimits:
 
 class Options(StrictForm):
     """Base of the options that a plan may give to a device of one kind: no unknown keys."""
+
+
+class CameraOptions(Options):
+    """What may be asked of any camera.
+
+    Attributes
+    ----------
+    width, height
+        Size asked for, px; None for its own.
+    fps_hz
+        Frames a second asked for; None for its own.
+    """
+
+    width: Annotated[int, Field(ge=16, le=8192)] | None = 640
+    height: Annotated[int, Field(ge=16, le=8192)] | None = 480
+    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
 
 
 class Device(ABC):
@@ -330,7 +346,6 @@ class ByHand(Drive):
 
     def __init__(self, options: ByHandOptions | None = None) -> None:
         """Need nothing."""
-        self.options = options or ByHandOptions()
 
     def open(self) -> None:
         """Open nothing."""
