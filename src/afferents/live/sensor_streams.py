@@ -193,10 +193,7 @@ class AudioStream(SensorStream):
         """
         first, card = networks[0], networks[0].card
         require_alike(networks, ("sample_rate_hz", "encoding", "shape"), "sample rate and spectra")
-        if not isinstance(first.encoding, VibrationEncoding):
-            raise InputError(
-                f"{first.path}: expected an encoding of vibration, found {first.encoding.name}"
-            )
+        assert isinstance(first.encoding, VibrationEncoding)  # as `of_vibration` has said
         assert card.sample_rate_hz is not None
         return cls(first.encoding, card.sample_rate_hz, card.shape[0], offset_s, networks)
 
