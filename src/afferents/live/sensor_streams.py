@@ -108,7 +108,7 @@ class SensorStream(ABC):
 
     def report_nothing(self, state: State) -> list[Prediction]:
         """Let all models say that nothing fresh is known."""
-        return [reporter.report_nothing(state, self.now_s) for reporter in self.reporters]
+        return [reporter.predict(state, self.now_s) for reporter in self.reporters]
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
