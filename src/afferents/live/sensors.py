@@ -214,6 +214,5 @@ def sound_of(block: devices.Block, samples: NDArray[np.int16], count: devices.Sa
 
 def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:
     """Return PortAudio's microphone, unopened."""
-    return devices.PortAudioMicrophone(
-        devices.PortAudioMicrophone.Options(device=device, rate_hz=rate_hz, channels=n_channels)
-    )
+    asked = {"kind": "portaudio", "device": device, "rate_hz": rate_hz, "channels": n_channels}
+    return devices.device_of(devices.MICROPHONES, asked, f"microphone {device}")
