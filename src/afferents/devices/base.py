@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, reason_of
 from afferents.forms import StrictForm
 
 FULL_SCALE = 32768.0
@@ -24,6 +24,16 @@ FULL_SCALE = 32768.0
 
 class DeviceError(AfferentsError):
     """A device went away or no longer answers while it was in use: one sentence."""
+
+
+def not_free(
+    where: str, what: str, error: BaseException, do: str = "'afferents devices' lists what there is"
+) -> InputError:
+    """Return what to raise when a device can't be opened, and what to do about it."""
+    return InputError(
+        f"{where}: expected {what} that is plugged in and free, found "
+        f"{reason_of(error).lower()}; {do}"
+    )
 
 
 class Frame(NamedTuple):

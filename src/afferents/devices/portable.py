@@ -11,7 +11,7 @@ from typing import Any, Literal
 import av
 from av.container import InputContainer
 
-from afferents.devices.base import Camera, CameraOptions, CameraSettings, Frame
+from afferents.devices.base import Camera, CameraOptions, CameraSettings, Frame, not_free
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError, reason_of
 
@@ -114,10 +114,8 @@ class PortableCamera(Camera):
                 return av.open(options.device, format=self._driver, options=wanted)
             except (av.FFmpegError, OSError, ValueError) as error:
                 last = error
-        raise InputError(
-            f"camera {options.device}: expected a camera that is plugged in and free, found "
-            f"{reason_of(last).lower()}; close what else uses it, or name another"
-        ) from last
+        do = "close what else uses it, or name another"
+        raise not_free(f"camera {options.device}", "a camera", last, do) from last
 
     def _data(self, packet: Any) -> bytes | None:
         """Return a frame as it came, or in grey where there is no name for how it came."""
