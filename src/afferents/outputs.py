@@ -122,11 +122,13 @@ def require_free(
         something else than an earlier output of the same kind that may be replaced.
     """
     try:
-        _refuse_what_is_read(target, what, reads)
         if target.is_symlink() and not target.exists():
             raise _taken(target, what, "a link that leads nowhere")
         if not target.exists():
             return
+        place = target.resolve()
+        if any(place in (read, *read.parents) for read in (one.resolve() for one in reads)):
+            raise _taken(target, what, "what the command reads")
         if not (target.is_file() or target.is_dir()):
             raise _taken(target, what, "a device or a pipe")
         ours = is_ours(target)
@@ -202,16 +204,6 @@ def _is_there(folder: Path, what: str) -> bool:
     if folder.exists() and not folder.is_dir():
         raise _taken(folder, what, "something that is no folder")
     return folder.exists()
-
-
-def _refuse_what_is_read(target: Path, what: str, reads: Sequence[Path]) -> None:
-    if not target.exists():
-        return
-    place = target.resolve()
-    for source in reads:
-        read = source.resolve()
-        if place == read or place in read.parents:
-            raise _taken(target, what, "what the command reads")
 
 
 def _taken(target: Path, what: str, found: str, do: str = "") -> InputError:

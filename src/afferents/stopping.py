@@ -4,7 +4,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -37,8 +37,8 @@ def stopped_by() -> int | None:
 
 
 @contextmanager
-def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
-    """Let a signal call `stop` inside, and raise `Stopped` only when the inside has ended.
+def stop_later() -> Iterator[None]:
+    """Let a signal raise `Stopped` only when the inside has ended.
 
     For what must not be left at any line, as an event loop, or the start of other processes.
     Signals reach the main thread alone; in others nothing is done.
@@ -51,7 +51,6 @@ def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
     def note(number: int, _: FrameType | None) -> None:
         _end_at_the_next(numbers)
         _taken.append(number)
-        stop()
 
     for number in numbers:
         signal.signal(number, note)

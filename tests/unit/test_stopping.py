@@ -82,12 +82,11 @@ def test_who_insists_ends_it_at_once(process, tidies_s, later_s, code, said):
 
 
 LATER = """
-from threading import Event
-from afferents.stopping import stop_later
-wanted = Event()
-with stop_later(wanted.set):
+from afferents.stopping import stop_later, stopped_by
+with stop_later():
     say('ready')
-    wanted.wait(60)
+    while stopped_by() is None:
+        time.sleep(0.01)
     say('ended by itself')
 say('not reached')
 """

@@ -9,13 +9,13 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, reason_of
 from afferents.forms import StrictForm
 
 FULL_SCALE = 32768.0
@@ -24,6 +24,16 @@ FULL_SCALE = 32768.0
 
 class DeviceError(AfferentsError):
     """A device went away or no longer answers while it was in use: one sentence."""
+
+
+def not_free(
+    where: str, what: str, error: BaseException, do: str = "'afferents devices' lists what there is"
+) -> InputError:
+    """Return what to raise when a device can't be opened, and what to do about it."""
+    return InputError(
+        f"{where}: expected {what} that is plugged in and free, found "
+        f"{reason_of(error).lower()}; {do}"
+    )
 
 
 class Frame(NamedTuple):
@@ -150,6 +160,22 @@ class DriveLimits:
 
 class Options(StrictForm):
     """Base of the options that a plan may give to a device of one kind: no unknown keys."""
+
+
+class CameraOptions(Options):
+    """What may be asked of any camera.
+
+    Attributes
+    ----------
+    width, height
+        Size asked for, px; None for its own.
+    fps_hz
+        Frames a second asked for; None for its own.
+    """
+
+    width: Annotated[int, Field(ge=16, le=8192)] | None = 640
+    height: Annotated[int, Field(ge=16, le=8192)] | None = 480
+    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
 
 
 class Device(ABC):
@@ -330,7 +356,6 @@ class ByHand(Drive):
 
     def __init__(self, options: ByHandOptions | None = None) -> None:
         """Need nothing."""
-        self.options = options or ByHandOptions()
 
     def open(self) -> None:
         """Open nothing."""

@@ -23,8 +23,7 @@ class HostClock:
     def __init__(self, drift: float = DRIFT) -> None:
         """Know nothing yet."""
         self._drift = drift
-        self._least_s: float | None = None
-        self._at_s = 0.0
+        self._least_s, self._at_s = float("inf"), 0.0
 
     def read(self, device_s: float, arrived_s: float) -> float:
         """Return when something was stamped, on the monotonic clock, s.
@@ -36,12 +35,9 @@ class HostClock:
         arrived_s
             When it arrived, on the monotonic clock.
         """
-        delay_s = arrived_s - device_s
-        if self._least_s is not None:
-            forgiven = self._least_s + self._drift * (arrived_s - self._at_s)
-            delay_s = min(delay_s, forgiven)
-        self._least_s, self._at_s = delay_s, arrived_s
-        return device_s + delay_s
+        forgiven_s = self._least_s + self._drift * (arrived_s - self._at_s)
+        self._least_s, self._at_s = min(arrived_s - device_s, forgiven_s), arrived_s
+        return device_s + self._least_s
 
 
 LOST_S = 0.2

@@ -1,6 +1,7 @@
 """What is plugged in: cameras with formats and rates, microphones, serial ports."""
 
 import sys
+from contextlib import closing
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -92,14 +93,10 @@ def _look_at_cameras(found: Found, folder: Path) -> None:
         return
     for path in sorted(folder.glob("video*"), key=_number):
         try:
-            node = Node(str(path))
+            with closing(Node(str(path))) as node:
+                found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node))))
         except AfferentsError as error:
             found.notes.append(str(error))
-            continue
-        try:
-            found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node))))
-        finally:
-            node.close()
 
 
 def _number(path: Path) -> tuple[int, str]:

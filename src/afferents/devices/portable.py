@@ -6,13 +6,12 @@ FFmpeg hides the driver's numbers: what can't be known stands in the settings as
 import sys
 import time
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import av
 from av.container import InputContainer
-from pydantic import Field
 
-from afferents.devices.base import Camera, CameraSettings, Frame, Options
+from afferents.devices.base import Camera, CameraOptions, CameraSettings, Frame, not_free
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError, reason_of
 
@@ -27,8 +26,8 @@ UNKNOWN = (
 )
 
 
-class PortableOptions(Options):
-    """A camera through FFmpeg.
+class PortableOptions(CameraOptions):
+    """A camera through FFmpeg, beside what may be asked of any.
 
     Attributes
     ----------
@@ -36,18 +35,11 @@ class PortableOptions(Options):
         As FFmpeg's reader names it: a number on macOS, ``video=NAME`` on Windows.
     driver
         FFmpeg's reader; None for the system's.
-    width, height
-        Size asked for, px; None for its own.
-    fps_hz
-        Frames a second asked for; None for its own.
     """
 
     kind: Literal["portable"] = "portable"
     device: str = "0"
     driver: str | None = None
-    width: Annotated[int, Field(ge=16, le=8192)] | None = 640
-    height: Annotated[int, Field(ge=16, le=8192)] | None = 480
-    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
 
 
 class PortableCamera(Camera):
@@ -122,10 +114,8 @@ class PortableCamera(Camera):
                 return av.open(options.device, format=self._driver, options=wanted)
             except (av.FFmpegError, OSError, ValueError) as error:
                 last = error
-        raise InputError(
-            f"camera {options.device}: expected a camera that is plugged in and free, found "
-            f"{reason_of(last).lower()}; close what else uses it, or name another"
-        ) from last
+        do = "close what else uses it, or name another"
+        raise not_free(f"camera {options.device}", "a camera", last, do) from last
 
     def _data(self, packet: Any) -> bytes | None:
         """Return a frame as it came, or in grey where there is no name for how it came."""

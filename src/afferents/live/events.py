@@ -4,9 +4,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from queue import Full, Queue
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -195,48 +195,23 @@ class Mailbox:
 # Events taken a little ahead by a thread: decoding on one core, classifying on another.
 
 AHEAD = 32
-_PATIENCE_S = 0.1
-
-_Item = Event | BaseException | None
 
 
 @contextmanager
 def read_ahead(events: Iterator[Event]) -> Iterator[Iterator[Event]]:
     """Yield the same events in the same order; the thread ends with the block."""
-    taken: Queue[_Item] = Queue(AHEAD)
-    enough = threading.Event()
-
-    def give(item: _Item) -> None:
-        while not enough.is_set():
-            try:
-                taken.put(item, timeout=_PATIENCE_S)
-            except Full:
-                continue
-            return
-
-    def read() -> None:
-        try:
-            for event in events:
-                give(event)
-                if enough.is_set():
-                    return
-            give(None)
-        except BaseException as error:  # noqa: BLE001  raised where the events are taken
-            give(error)
+    reader = ThreadPoolExecutor(1, "afferents-ahead")
 
     def in_order() -> Iterator[Event]:
-        while (item := taken.get()) is not None:
-            if isinstance(item, BaseException):
-                raise item
-            yield item
+        taken = deque(reader.submit(next, events, None) for _ in range(AHEAD))
+        while (event := taken.popleft().result()) is not None:
+            taken.append(reader.submit(next, events, None))
+            yield event
 
-    thread = threading.Thread(target=read, name="afferents-ahead", daemon=True)
-    thread.start()
     try:
         yield in_order()
     finally:
-        enough.set()
-        thread.join()
+        reader.shutdown(cancel_futures=True)
 
 
 # What is asked of sources before they are opened.

@@ -249,32 +249,20 @@ def found_in(clip: Video) -> Sensor:
     return calibrate_from_clips(clip, NAME).sensor
 
 
-@dataclass(frozen=True)
 class _Clip:
     """Frames of a running source as a video."""
 
-    taken: Sequence[Frame]
-    path: Path = Path("the first pictures")
+    path = Path("the first pictures")
 
-    @property
-    def fps_hz(self) -> float:
-        """Frames a second, by their times."""
-        span_s = self.taken[-1].time_s - self.taken[0].time_s
-        return (len(self.taken) - 1) / span_s if span_s > 0 else 0.0
-
-    @property
-    def width(self) -> int:
-        """Width, px."""
-        return int(self.taken[0].luma.shape[1])
-
-    @property
-    def height(self) -> int:
-        """Height, px."""
-        return int(self.taken[0].luma.shape[0])
+    def __init__(self, taken: Sequence[Frame]) -> None:
+        self._taken = taken
+        self.height, self.width = taken[0].luma.shape
+        span_s = taken[-1].time_s - taken[0].time_s
+        self.fps_hz = (len(taken) - 1) / span_s if span_s > 0 else 0.0
 
     def frames(self) -> Iterator[Frame]:
         """Return them from the first."""
-        return iter(self.taken)
+        return iter(self._taken)
 
 
 # Tactile images in colours.

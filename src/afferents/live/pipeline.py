@@ -127,8 +127,7 @@ class LivePipeline:
 
     def trains(self) -> list[Trains]:
         """Return which units fired in the last second, a class after the other."""
-        rasters = [stream.raster for stream in self.by_channel.values()]
-        return [trains for raster in rasters if raster is not None for trains in raster.trains()]
+        return [train for one in self.by_channel.values() for train in one.raster.trains()]
 
     def feed(self, event: Event) -> Iterator[Prediction]:
         """Take in an event, and yield what is predicted.

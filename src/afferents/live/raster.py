@@ -1,6 +1,6 @@
 """Which units fired in the last second, as frames and sound come: spikes beside the responses."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,7 +73,28 @@ class _Class:
         return Trains(self._name, self._names, ages)
 
 
-class MarkerRaster:
+class Raster:
+    """The last second of the units that one sense drives; of none, where nobody asked."""
+
+    _classes: Sequence[_Class] = ()
+
+    def begin(self) -> None:
+        """Forget all."""
+
+    def skip(self) -> None:
+        """Let units begin anew."""
+        for one in self._classes:
+            one.units.skip()
+
+    def take(self, time_s: float, came: Any) -> None:
+        """Drive them with what came at a time, s."""
+
+    def trains(self) -> list[Trains]:
+        """Return the last second of each class."""
+        return [one.trains() for one in self._classes]
+
+
+class MarkerRaster(Raster):
     """Some of the SA and RA units that `artificial_spikes` drives by SA-I and RA-I."""
 
     def __init__(self) -> None:
@@ -83,15 +104,13 @@ class MarkerRaster:
 
     def begin(self) -> None:
         """Forget all."""
-        self._classes: list[_Class] = []
-        self._n_markers = 0
+        self._classes, self._n_markers = (), 0
         self.skip()
 
     def skip(self) -> None:
         """Let units begin anew."""
         self._lost_before: NDArray[np.bool_] | None = None
-        for one in self._classes:
-            one.units.skip()
+        super().skip()
 
     def take(self, time_s: float, images: FrameImages) -> None:
         """Drive them with a frame."""
@@ -110,10 +129,6 @@ class MarkerRaster:
                 response = np.where(missing[variable], np.nan, images.markers[variable][0])
             one.take(one.units.feed(time_s, response), time_s)
 
-    def trains(self) -> list[Trains]:
-        """Return the last second of SA and RA units."""
-        return [one.trains() for one in self._classes]
-
 
 def _compile() -> None:
     """Let nothing that comes wait until the model is compiled."""
@@ -131,7 +146,7 @@ def _of_markers(n_markers: int) -> list[_Class]:
     ]
 
 
-class VibrationRaster:
+class VibrationRaster(Raster):
     """The PC units that `artificial_spikes` drives by the microphone.
 
     Parameters
@@ -143,32 +158,18 @@ class VibrationRaster:
     def __init__(self, rate_hz: float) -> None:
         """Wait for sound."""
         _compile()
-        self._afferent, self._rate_hz = afferent_classes()["PC"], rate_hz
+        self._rate_hz = rate_hz
         self.begin()
 
     def begin(self) -> None:
         """Forget all."""
-        bands = self._afferent.bands_hz
-        self._class = None
-        if any(held(bands, self._rate_hz)):
-            units = VibrationUnits(self._afferent, _MODEL, self._rate_hz)
-            self._class = _Class(units, range(len(bands)))
-
-    def skip(self) -> None:
-        """Let units begin anew."""
-        if self._class is not None:
-            self._class.units.skip()
+        afferent = afferent_classes()["PC"]
+        if any(held(afferent.bands_hz, self._rate_hz)):
+            units = VibrationUnits(afferent, _MODEL, self._rate_hz)
+            self._classes = [_Class(units, range(len(afferent.bands_hz)))]
 
     def take(self, time_s: float, samples: NDArray[np.floating]) -> None:
         """Drive them with samples, `(n, channel)`, the first of them taken at `time_s`."""
-        if self._class is not None:
-            fired = self._class.units.feed(time_s, samples[:, 0])
-            self._class.take(fired, time_s + len(samples) / self._rate_hz)
-
-    def trains(self) -> list[Trains]:
-        """Return the last second of PC units."""
-        return [] if self._class is None else [self._class.trains()]
-
-
-Raster = MarkerRaster | VibrationRaster
-"""The last second of the units that one sense drives."""
+        for one in self._classes:
+            fired = one.units.feed(time_s, samples[:, 0])
+            one.take(fired, time_s + len(samples) / self._rate_hz)

@@ -8,7 +8,6 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from multiprocessing.pool import AsyncResult
 from pathlib import Path
 
@@ -60,20 +59,17 @@ class Pace:
     def wait(self, time_s: float) -> bool:
         """Sleep until the recording's time has come; tell whether it goes on then."""
         if not math.isinf(self.speed):
-            self.closed.wait(max(0.0, self._due_s(time_s) - time.monotonic()))
+            with self._lock:
+                if self._start_s is None:
+                    self._start_s = time.monotonic() - time_s / self.speed
+                due_s = self._start_s + time_s / self.speed
+            self.closed.wait(max(0.0, due_s - time.monotonic()))
         return not self.closed.is_set()
 
     def rewind(self) -> None:
         """Begin anew with the next event that anybody waits for."""
         self._start_s = None
         self.closed.clear()
-
-    def _due_s(self, time_s: float) -> float:
-        """Return when a time of the recording comes, on the monotonic clock."""
-        with self._lock:
-            if self._start_s is None:
-                self._start_s = time.monotonic() - time_s / self.speed
-            return self._start_s + time_s / self.speed
 
 
 class Played:
@@ -185,18 +181,6 @@ RUN_S = 10.0
 SPEEDS_MM_S = (20, 30, 40, 50, 60, 70, 80, 90)
 
 
-@dataclass(frozen=True)
-class Run:
-    """One drum at one speed."""
-
-    texture: str
-    speed_mm_s: float
-
-    def describe(self) -> str:
-        """Return it in words."""
-        return f"{self.texture} mm at {self.speed_mm_s:g} mm/s"
-
-
 _LOOK_S = 0.1
 """So often who waits for a run looks whether the show is closed, s."""
 
@@ -241,12 +225,12 @@ class RigShow:
         self._begins_s: dict[int, float] = {}
         self.pace = Pace()
 
-    def drawn(self, number: int) -> Run:
-        """Return what run of that number is of."""
+    def drawn(self, number: int) -> tuple[str, float]:
+        """Return texture and speed, mm/s, of the run of that number."""
         rng = np.random.default_rng([self._seed, number])
         texture = self._texture or folder_of(LETTERS[rng.integers(len(LETTERS))])
         speed = self._speed_mm_s or float(SPEEDS_MM_S[rng.integers(len(SPEEDS_MM_S))])
-        return Run(texture, speed)
+        return texture, speed
 
     def take(self, number: int) -> tuple[Path, float] | None:
         """Return the folder of a run once it is recorded, and when it begins to play, s.
@@ -258,7 +242,7 @@ class RigShow:
             for n in (number, number + 1):
                 if n not in self._runs:
                     where = self._folder_of(n)
-                    asked = (self._rig, where, self.drawn(n), self._run_s, self._seed, n + 1)
+                    asked = (self._rig, where, *self.drawn(n), self._run_s, self._seed, n + 1)
                     self._runs[n] = self._process.apply_async(_recorded, asked)
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
@@ -285,10 +269,12 @@ class RigShow:
         return Path(self._folder.name) / f"{number}"
 
 
-def _recorded(rig: Rig, folder: Path, run: Run, seconds: float, seed: int, again: int) -> Path:
+def _recorded(
+    rig: Rig, folder: Path, texture: str, speed_mm_s: float, seconds: float, seed: int, again: int
+) -> Path:
     """Record a run in a process of its own: mounted as the seed's session, but none of its runs."""
-    surface = bumped_surface(float(run.texture), rig.drum)
-    record(rig, folder, run.texture, surface, run.speed_mm_s, seconds, seed, again=again)
+    surface = bumped_surface(float(texture), rig.drum)
+    record(rig, folder, texture, surface, speed_mm_s, seconds, seed, again=again)
     return folder
 
 
@@ -312,7 +298,8 @@ class _Rigged:
             if (taken := self._show.take(number)) is None:
                 return
             folder, begin_s = taken
-            yield Begin(self.channel, begin_s, self._show.drawn(number).describe())
+            texture, speed_mm_s = self._show.drawn(number)
+            yield Begin(self.channel, begin_s, f"{texture} mm at {speed_mm_s:g} mm/s")
             yield from self._player(folder, begin_s).events()
             number += 1
 

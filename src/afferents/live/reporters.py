@@ -61,7 +61,7 @@ class Reporter:
     ) -> Prediction | None:
         """Say how many of a frame's markers are found. See `report`."""
         found = images.share_found
-        return self._predict("looking", time_s, latency_ms=_since(arrived_s), markers_found=found)
+        return self.predict("looking", time_s, latency_ms=_since(arrived_s), markers_found=found)
 
     def report(
         self, sample: NDArray[np.float32], time_s: float, every_s: float, arrived_s: float
@@ -79,17 +79,14 @@ class Reporter:
         arrived_s
             When the last of it came, on the monotonic clock.
         """
-        return self._predict("looking", time_s, latency_ms=_since(arrived_s))
+        return self.predict("looking", time_s, latency_ms=_since(arrived_s))
 
     def interrupt(self, trouble: str) -> None:
         """Say it with the next prediction."""
         self._troubles.append(trouble)
 
-    def report_nothing(self, state: State, time_s: float) -> Prediction:
-        """Say that nothing fresh is known."""
-        return self._predict(state, time_s)
-
-    def _predict(self, state: State, time_s: float, **found: Any) -> Prediction:
+    def predict(self, state: State, time_s: float, **found: Any) -> Prediction:
+        """Say what state it is in, what the stream has counted, and what else was found."""
         self.spoke = True
         troubles, self._troubles = tuple(self._troubles), []
         return Prediction(
@@ -157,7 +154,7 @@ class ModelReporter(Reporter):
         if images.at_rest:
             self.begin()
             found = {"latency_ms": _since(arrived_s), "markers_found": images.share_found}
-            return self._predict("untouched", time_s, **found)
+            return self.predict("untouched", time_s, **found)
         network, name = self.network, self.network.channel.name
         image = images.image(name) if network.of_pixels else images.markers.get(name)
         if image is None:
@@ -181,7 +178,7 @@ class ModelReporter(Reporter):
             self._evidence.fade(time_s)
         else:
             self._evidence.add(time_s, outcome.probabilities, every_s)
-        return self._predict(
+        return self.predict(
             "unknown" if unknown else "texture",
             time_s,
             texture=None if unknown else self.card.textures[int(outcome.probabilities.argmax())],
@@ -191,13 +188,12 @@ class ModelReporter(Reporter):
             markers_found=markers_found,
         )
 
-    def _predict(self, state: State, time_s: float, **found: Any) -> Prediction:
+    def predict(self, state: State, time_s: float, **found: Any) -> Prediction:
+        """Say also what the touch so far tells. See `Reporter.predict`."""
         most = self.card.most_sure
         evidence = self._by_texture(limit_confidence(self._evidence.probabilities, most))
         sure_after_s = self._evidence.sure_after_s if most >= SURE else None
-        return super()._predict(
-            state, time_s, evidence=evidence, sure_after_s=sure_after_s, **found
-        )
+        return super().predict(state, time_s, evidence=evidence, sure_after_s=sure_after_s, **found)
 
     def _by_texture(self, probabilities: NDArray[np.floating]) -> dict[str, float]:
         return dict(zip(self.card.textures, probabilities.tolist(), strict=True))

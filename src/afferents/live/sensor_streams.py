@@ -19,7 +19,7 @@ from afferents.live.images import FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
-from afferents.live.raster import MarkerRaster, Raster, VibrationRaster
+from afferents.live.raster import Raster
 from afferents.live.reporters import ModelReporter, Reporter
 from afferents.markers.sensor import Sensor
 
@@ -48,13 +48,11 @@ class SensorStream(ABC):
     Attributes
     ----------
     raster
-        Which units fired in the last second; None where nobody asked, see
+        Which units fired in the last second; none where nobody asked, see
         `LivePipeline.show_spikes`.
     speed
         Of the source; see `Source`.
     """
-
-    raster: Raster | None = None
 
     def __init__(
         self, channel: Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
@@ -70,6 +68,7 @@ class SensorStream(ABC):
         self.reporters: Sequence[Reporter] = models or [looks_on]
         self.now_s = 0.0
         self.speed = 1.0
+        self.raster = Raster()
         self._clock = HostClock(_FORGET)
 
     @abstractmethod
@@ -83,8 +82,7 @@ class SensorStream(ABC):
         """Forget all but the counters: another recording begins."""
         self.now_s, self._clock = event.time_s, HostClock(_FORGET)
         self.quality.begin()
-        if self.raster is not None:
-            self.raster.begin()
+        self.raster.begin()
         for reporter in self.reporters:
             reporter.begin()
             reporter.truth = event.truth
@@ -103,15 +101,14 @@ class SensorStream(ABC):
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
-        if self.raster is not None:
-            self.raster.begin()
+        self.raster.begin()
         for reporter in self.reporters:
             reporter.interrupt(trouble.what)
         return self.report_nothing(state)
 
     def report_nothing(self, state: State) -> list[Prediction]:
         """Let all models say that nothing fresh is known."""
-        return [reporter.report_nothing(state, self.now_s) for reporter in self.reporters]
+        return [reporter.predict(state, self.now_s) for reporter in self.reporters]
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
@@ -166,7 +163,6 @@ class AudioStream(SensorStream):
     """
 
     quality: AudioQuality
-    raster: VibrationRaster | None = None
 
     def __init__(
         self,
@@ -197,10 +193,7 @@ class AudioStream(SensorStream):
         """
         first, card = networks[0], networks[0].card
         require_alike(networks, ("sample_rate_hz", "encoding", "shape"), "sample rate and spectra")
-        if not isinstance(first.encoding, VibrationEncoding):
-            raise InputError(
-                f"{first.path}: expected an encoding of vibration, found {first.encoding.name}"
-            )
+        assert isinstance(first.encoding, VibrationEncoding)  # as `of_vibration` has said
         assert card.sample_rate_hz is not None
         return cls(first.encoding, card.sample_rate_hz, card.shape[0], offset_s, networks)
 
@@ -213,8 +206,7 @@ class AudioStream(SensorStream):
     def skip(self) -> None:
         """Begin anew: samples are missing before the next one."""
         self._samples.skip()
-        if self.raster is not None:
-            self.raster.skip()
+        self.raster.skip()
         super().skip()
 
     def feed(self, event: Event) -> Iterator[Prediction]:
@@ -223,8 +215,7 @@ class AudioStream(SensorStream):
         time_s = event.time_s - self.offset_s
         yield from self._predict(event, time_s)
         self.quality.add(event)
-        if self.raster is not None:
-            self.raster.take(time_s, event.samples)
+        self.raster.take(time_s, event.samples)
 
     def _predict(self, sound: Sound, time_s: float) -> list[Prediction]:
         self.counters.samples += len(sound.samples)
@@ -288,7 +279,6 @@ class VideoStream(SensorStream):
     """
 
     quality: VideoQuality
-    raster: MarkerRaster | None = None
 
     def __init__(self, images: Images, rate_hz: float, networks: Sequence[Network] = ()) -> None:
         """Wait for the rest frame."""
@@ -328,8 +318,7 @@ class VideoStream(SensorStream):
     def skip(self) -> None:
         """Begin anew: frames are missing before the next one."""
         self.images.skip()
-        if self.raster is not None:
-            self.raster.skip()
+        self.raster.skip()
         super().skip()
 
     def feed(self, event: Event) -> Iterator[Prediction]:
@@ -349,7 +338,7 @@ class VideoStream(SensorStream):
         self.picture = event
         self.newest = None if images is None else self.images.show(images)
         self.quality.add(event, self.newest)
-        if self.raster is not None and self.newest is not None:
+        if self.newest is not None:
             self.raster.take(event.time_s, self.newest)
 
     def _predict(self, picture: CameraFrame) -> tuple[FrameImages | None, list[Prediction]]:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from afferents import devices
 from afferents.devices.base import FULL_SCALE
-from afferents.documents import as_form
 from afferents.errors import AfferentsError, InputError
 from afferents.live.events import CameraFrame, Channel, Event, Sound, Trouble
 from afferents.store.recording import Frame
@@ -117,7 +116,17 @@ class Camera(DeviceSource):
     ) -> None:
         """Open it."""
         self._device = device
-        self._camera = _camera_of(device, fps_hz, (width, height), exposure_ms, driver)
+        asked = {"device": device, "width": width, "height": height, "fps_hz": fps_hz}
+        if driver is None and sys.platform == "linux":
+            asked |= {"kind": "v4l2", "format": "auto", "exposure_ms": exposure_ms}
+        elif exposure_ms is None:
+            asked |= {"kind": "portable", "driver": driver}
+        else:
+            raise InputError(
+                f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave "
+                "it out"
+            )
+        self._camera = devices.device_of(devices.CAMERAS, asked, f"camera {device}")
         self._taken: deque[float] = deque()
         self._said_s = -np.inf
         super().__init__(self._camera)
@@ -146,29 +155,6 @@ class Camera(DeviceSource):
             self._said_s = time_s
             what = f"camera {self._device}: asked {self._asked_hz:g} frames/s, got {rate_hz:.0f}"
             yield Trouble("video", time_s, f"{what}; more light or another mode may help")
-
-
-def _camera_of(
-    device: str,
-    fps_hz: float | None,
-    size: tuple[int | None, int | None],
-    exposure_ms: float | None,
-    driver: str | None,
-) -> devices.Camera:
-    """Return this system's camera, unopened."""
-    width, height = size
-    asked = {"device": device, "width": width, "height": height, "fps_hz": fps_hz}
-    where, what = f"camera {device}", "its options"
-    if driver is None and sys.platform == "linux":
-        asked |= {"format": "auto", "exposure_ms": exposure_ms}
-        return devices.V4l2Camera(as_form(asked, devices.V4l2Camera.Options, where, what))
-    if exposure_ms is not None:
-        raise InputError(
-            f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave it "
-            "out"
-        )
-    asked |= {"driver": driver}
-    return devices.PortableCamera(as_form(asked, devices.PortableCamera.Options, where, what))
 
 
 class Microphone(DeviceSource):
@@ -228,6 +214,5 @@ def sound_of(block: devices.Block, samples: NDArray[np.int16], count: devices.Sa
 
 def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:
     """Return PortAudio's microphone, unopened."""
-    return devices.PortAudioMicrophone(
-        devices.PortAudioMicrophone.Options(device=device, rate_hz=rate_hz, channels=n_channels)
-    )
+    asked = {"kind": "portaudio", "device": device, "rate_hz": rate_hz, "channels": n_channels}
+    return devices.device_of(devices.MICROPHONES, asked, f"microphone {device}")

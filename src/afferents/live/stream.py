@@ -78,7 +78,7 @@ def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Predictio
                     yield from pipeline.feed(event)
         for stream in pipeline.by_channel.values():  # it ended before there was enough
             silent = [reporter for reporter in stream.reporters if not reporter.spoke]
-            yield from (reporter.report_nothing("waiting", stream.now_s) for reporter in silent)
+            yield from (reporter.predict("waiting", stream.now_s) for reporter in silent)
 
 
 def check_sources(sources: Sequence[Source], pipeline: LivePipeline) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 import soundfile
 from numpy.typing import NDArray
@@ -200,8 +201,6 @@ def _picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes]:
 
 
 def _jpeg_size(content: bytes, path: Path) -> tuple[int, int]:
-    import cv2
-
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
     if picture is None:
         raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
@@ -210,8 +209,6 @@ def _jpeg_size(content: bytes, path: Path) -> tuple[int, int]:
 
 def _grey(message: Any, data: NDArray[np.uint8], path: Path) -> NDArray[np.uint8]:
     """Return a raw picture's grey levels, (height, width)."""
-    import cv2
-
     rows = data[: message.height * message.step].reshape(message.height, message.step)
     if message.encoding in _GREY:
         return np.ascontiguousarray(rows[:, : message.width])

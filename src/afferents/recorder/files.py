@@ -57,7 +57,6 @@ class VideoWriter:
                 f"{settings.name}: expected a camera of format {', '.join(FORMATS)}, found "
                 f"{settings.format}; choose another format in [camera]"
             )
-        self.path = path
         self._format, self._size = settings.format, (settings.width, settings.height)
         self._container = av.open(f"file:{path}", "w", format="mp4", options=CONTAINER)
         self._stream: Any = self._add_stream(round(settings.fps_hz))
@@ -145,7 +144,7 @@ class SoundWriter:
 
     def __init__(self, path: Path, rate_hz: float, channels: int) -> None:
         """Open the file."""
-        self.path, self.n_samples = path, 0
+        self.n_samples = 0
         self._file = path.open("wb")
         self._wav = wave.open(self._file, "wb")  # noqa: SIM115 (closed below)
         self._wav.setparams((channels, SAMPLE_BYTES, round(rate_hz), 0, "NONE", ""))

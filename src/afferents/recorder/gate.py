@@ -13,7 +13,7 @@ from afferents.markers.detect import detect
 from afferents.markers.sensor import Sensor
 from afferents.recorder.devices import Devices
 from afferents.recorder.plan import Plan, Tolerance
-from afferents.recorder.run import VIDEO
+from afferents.recordings.layouts import VIDEO
 from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
 from afferents.store.recording import as_grey
 

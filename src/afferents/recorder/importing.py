@@ -21,9 +21,9 @@ from afferents.recorder.bags import Bag, ImportedFiles, extract_files, is_bag
 from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
-from afferents.recorder.run import AUDIO, VIDEO
 from afferents.recorder.session import RUN, require_same_rates
 from afferents.recordings.audio import reading_sound
+from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile

@@ -5,6 +5,7 @@ from typing import Any
 import cv2
 from pydantic_core import to_json
 
+from afferents.devices.base import CameraSettings
 from afferents.devices.base import Frame as Taken
 from afferents.devices.clock import SampleClock
 from afferents.devices.picture import picture_of
@@ -59,23 +60,22 @@ class RecordingPage(Shown):
 
     def _seen(self, pair: tuple[Taken, ...]) -> tuple[FrameImages | None, bytes | None]:
         """Follow the markers of the newest two frames, from the first of the series on."""
-        if not pair or self._watch.camera is None:
+        first, camera = self._watch.first, self._watch.camera
+        if not pair or camera is None:
             return None, None
-        first = self._watch.first
         if self._series != self._watch.series and first is not None:
             self._series = self._watch.series
             self._images.begin()
             self._audio = None
-            self._feed(first)
+            self._feed(first, camera)
         self._images.skip()
         images = None
         for taken in pair:
-            images = self._feed(taken)
-        return images, self._jpeg(pair[-1])
+            images = self._feed(taken, camera)
+        return images, _jpeg(pair[-1], camera)
 
-    def _feed(self, taken: Taken) -> FrameImages | None:
-        assert self._watch.camera is not None
-        picture = picture_of(taken.data, self._watch.camera)
+    def _feed(self, taken: Taken, camera: CameraSettings) -> FrameImages | None:
+        picture = picture_of(taken.data, camera)
         if picture is None:
             return None
         try:
@@ -83,15 +83,6 @@ class RecordingPage(Shown):
         except InputError:  # no markers: the picture itself shows why
             self._images.begin()
             return None
-
-    def _jpeg(self, taken: Taken) -> bytes | None:
-        assert self._watch.camera is not None
-        if self._watch.camera.format == "MJPG":
-            return taken.data
-        picture = picture_of(taken.data, self._watch.camera)
-        if picture is None:
-            return None
-        return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
 
     def _video(self, images: FrameImages | None) -> dict[str, Any] | None:
         camera = self._watch.camera
@@ -119,3 +110,12 @@ class RecordingPage(Shown):
             for _ in self._audio.feed(sound_of(block, samples, self._count)):
                 pass
         return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}
+
+
+def _jpeg(taken: Taken, camera: CameraSettings) -> bytes | None:
+    if camera.format == "MJPG":
+        return taken.data
+    picture = picture_of(taken.data, camera)
+    if picture is None:
+        return None
+    return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])

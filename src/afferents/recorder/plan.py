@@ -15,6 +15,7 @@ from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
 from afferents.files import write_aside
 from afferents.forms import StrictForm
+from afferents.outputs import require_free
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
@@ -276,9 +277,6 @@ def write_example(path: Path) -> None:
     InputError
         If there is something of that name already.
     """
-    if path.exists():
-        raise InputError(
-            f"{path}: expected a name that is free, for a plan, found a file; choose another name"
-        )
+    require_free(path, "a plan", lambda _: False)
     with write_aside(path) as partial:
         partial.write_text(EXAMPLE, encoding="utf-8")

@@ -19,11 +19,12 @@ from afferents.markers.detect import detect, spacing_px
 from afferents.markers.sensor import Sensor
 from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
 from afferents.recorder.devices import Devices
+from afferents.recorder.files import SAMPLE_BYTES
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import Plan
 from afferents.recorder.run import WARM_UP
 from afferents.recordings.run_log import SURE
-from afferents.store.recording import GreyImage, as_grey
+from afferents.store.recording import as_grey
 
 LOOKED_S = 1.5
 RATE = 0.02
@@ -31,7 +32,6 @@ RATE = 0.02
 slower than what a run may lose, or each run would be refused."""
 MARGIN = 1.2
 _REACHED_S = 2.0
-_BYTES = 2
 
 
 def preflight(
@@ -98,17 +98,13 @@ def check_rate(settings: CameraSettings, frames: list[Frame], plan: Plan) -> Che
 
 
 def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
+    """Judge light, focus and markers of a picture of the skin at rest."""
     image = next(
         (as_grey(*p) for f in frames[5:] if (p := picture_of(f.data, devices.camera.settings))),
         None,
     )
     if image is None:
         return Check("picture", False, "none that can be decoded", "look at the camera's format")
-    return check_picture(image, sensor)
-
-
-def check_picture(image: GreyImage, sensor: Sensor) -> Check:
-    """Judge light, focus and markers of a picture of the skin at rest."""
     found = detect(image, sensor)
     usual = sensor.n_markers or len(found)
     if len(found) < max(4, 0.9 * usual):
@@ -159,7 +155,7 @@ def _disk(devices: Devices, frames: list[Frame], seconds: float, session: Path) 
         sum(len(frame.data) for frame in frames) / max(1, len(frames))
     )
     if sound is not None:
-        a_second += sound.rate_hz * sound.channels * _BYTES
+        a_second += sound.rate_hz * sound.channels * SAMPLE_BYTES
     needed = MARGIN * a_second * seconds
     free = free_bytes(session)
     found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"

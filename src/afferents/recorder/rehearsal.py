@@ -97,7 +97,7 @@ class Bench:
     set_mm_s
         What the drive was asked for last; 0 when it was stopped.
     film
-        Of the run whose drum is mounted.
+        Of the run whose drum is mounted; there once one is, which is before any device is read.
 
     Parameters
     ----------
@@ -108,6 +108,8 @@ class Bench:
     speed
         How much faster than in truth everything goes.
     """
+
+    film: Film
 
     def __init__(self, rig: Rig, plan: Plan, speed: float = 4.0) -> None:
         """Mount nothing yet."""
@@ -126,7 +128,6 @@ class Bench:
         self.clock = Clock(speed)
         self._lock = threading.Lock()
         self._entry: Entry | None = None
-        self.film: Film | None = None
         self._zero_s = -np.inf
         self._attempt = 0
         self.set_mm_s = 0.0
@@ -144,16 +145,8 @@ class Bench:
         self._entry, self._attempt, self._zero_s = entry, attempt, -np.inf
 
     def roll(self) -> tuple[float, Film]:
-        """Return when the film has begun on the clock, s, and the film; the first to ask starts it.
-
-        Raises
-        ------
-        InputError
-            If no drum is mounted.
-        """
+        """Return when the film has begun, s, and the film; the first to ask starts it."""
         with self._lock:
-            if self.film is None:
-                raise InputError("the bench: expected a drum that is mounted, found none")
             if not np.isfinite(self._zero_s):
                 self._zero_s = self.clock.now()
             return self._zero_s, self.film
@@ -169,12 +162,7 @@ class Bench:
         """Return the time, how long the film has rolled, s, and the drum's way and speed, mm."""
         now_s = self.clock.now()
         rolled_s, film = now_s - self._zero_s, self.film
-        if (
-            film is None
-            or self._attempt == 0
-            or not np.isfinite(rolled_s)
-            or rolled_s > film.time_s[-1]
-        ):
+        if self._attempt == 0 or rolled_s > film.time_s[-1]:
             return now_s, 0.0, 0.0, self.set_mm_s
         way = float(np.interp(rolled_s, film.time_s, film.way_mm))
         speed = float(np.interp(rolled_s, film.time_s, film.speed_mm_s))

@@ -15,10 +15,11 @@ from afferents.recorder.devices import PATIENCE_S, Devices
 from afferents.recorder.files import SoundWriter, VideoWriter
 from afferents.recorder.plan import Plan
 from afferents.recorder.watch import Watch
+from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log, sound_clock
 from afferents.store.drum_path import Drum
 
-VIDEO, AUDIO, DAMAGED = "video.mp4", "audio.wav", "damaged"
+DAMAGED = "damaged"
 LOOK_S = 0.02
 """The drive is read this often: its watchdog lets it turn for half a second without."""
 TAIL_S = 0.2
@@ -36,15 +37,11 @@ its frames is dropped before."""
 _FULL = 32767
 
 
-class RunFailedError(AfferentsError):
-    """A run could not be brought to its end: one sentence. What there is of it is kept aside."""
-
-
-class DiskFullError(RunFailedError):
+class DiskFullError(AfferentsError):
     """What is recorded can't be written: the next run would fail as well."""
 
 
-class RedoAskedError(RunFailedError):
+class RedoAskedError(AfferentsError):
     """Somebody wants it once more: no device has failed."""
 
     def __init__(self) -> None:
@@ -96,8 +93,12 @@ class Run:
 
         Raises
         ------
-        RunFailedError
-            If a device goes away, the drive reports a fault, or the disk is full.
+        DeviceError
+            If a device goes away, or the drive reports a fault.
+        DiskFullError
+            If what is recorded can't be written.
+        RedoAskedError
+            If somebody wants it once more.
         """
         sound = self._devices.sound
         self._watch.begin()
@@ -112,17 +113,14 @@ class Run:
         except (OSError, av.FFmpegError) as error:
             self._fail(error)
         finally:
-            with suppress(
-                OSError, AfferentsError
-            ):  # of a full disk: the fault that is raised below
+            # A full disk is the fault that is raised below.
+            with suppress(OSError, AfferentsError):
                 self.log.write(self._folder)
         if isinstance(self._fault, OSError | av.FFmpegError):
             why = reason_of(self._fault)
             raise DiskFullError(
                 f"what was recorded can't be written: {why}; make room on the disk"
             ) from self._fault
-        if isinstance(self._fault, AfferentsError):
-            raise RunFailedError(str(self._fault)) from self._fault
         if self._fault is not None:
             raise self._fault
         return self.log
@@ -157,7 +155,7 @@ class Run:
             if clock.wait(LOOK_S, self._over):
                 return
             if clock.now() > latest_s:
-                raise RunFailedError(
+                raise DeviceError(
                     f"camera or microphone gave nothing for {PATIENCE_S:g} s; look at their plugs"
                 )
         assert self.log.origin_s is not None
@@ -178,7 +176,7 @@ class Run:
         self._watch.drive(state, self._set_mm_s, elapsed_s)
         self.log.drive.append(DriveRow(*state[:3], self._set_mm_s, state.fault))
         if state.fault is not None:
-            raise RunFailedError(f"the drive reports a fault: {state.fault}")
+            raise DeviceError(f"the drive reports a fault: {state.fault}")
 
     def _begin(self, origin_s: float) -> None:
         self.log.origin_s = origin_s

@@ -19,7 +19,7 @@ from afferents.recorder.devices import Devices
 from afferents.recorder.files import repair
 from afferents.recorder.gate import Check, Counts
 from afferents.recorder.plan import Entry, Plan
-from afferents.recorder.run import AUDIO, VIDEO
+from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.version import __version__
 

@@ -13,7 +13,7 @@ from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import Plan
-from afferents.recorder.run import AUDIO, VIDEO
+from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import Log, sound_clock
 from afferents.recordings.video import VideoFile
 

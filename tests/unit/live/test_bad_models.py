@@ -142,6 +142,12 @@ def test_a_microphone_that_is_not_there():
         Microphone("nobody's microphone", 44_100)
 
 
+def test_a_rate_that_no_microphone_has_is_refused_in_a_sentence():
+    """As of a model of taxels, which are read 200 times a second."""
+    with pytest.raises(InputError, match=r"rate_hz: greater than or equal to 1000, found 200\.0"):
+        Microphone("default", 200.0)
+
+
 def test_samples_are_counted_after_the_converter_s_clock(rng):
     """A converter that stamps to 2 ms only, and is fast by 5e-5: times stay even and follow."""
     clock, n, rate = SampleClock(44_100), 441, 44_100 * (1 + 5e-5)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from afferents.devices.base import DeviceError, Drive, DriveLimits, DriveState, Options
+from afferents.devices.base import DeviceError, Drive, DriveLimits, DriveState, Options, not_free
 from afferents.devices.drives.serial_drive import SpeedFromPosition
 from afferents.errors import InputError, reason_of
 from afferents.plugins import import_extra
@@ -96,10 +96,7 @@ class DynamixelDrive(Drive):
         try:
             there = port.openPort()
         except Exception as error:
-            raise InputError(
-                f"{where}: expected a serial port that is plugged in and free, found "
-                f"{reason_of(error).lower()}; 'afferents devices' lists what there is"
-            ) from error
+            raise not_free(where, "a serial port", error) from error
         if not there:
             raise InputError(
                 f"{where}: expected a baud rate that the SDK knows, found {self.options.baud!s}"

@@ -22,7 +22,8 @@ class Guard:
     Parameters
     ----------
     fd
-        Of the open port; None where there is none to pass on (Windows): then nothing is watched.
+        Of the open port; None where none is open, or is to be passed on (Windows): then nothing is
+        watched.
     stop
         What stops the drive, as sent.
     """

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from afferents.devices.base import DeviceError
+from afferents.devices.base import DeviceError, not_free
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError, reason_of
 from afferents.forms import StrictForm
@@ -76,10 +76,7 @@ class Line:
         try:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
-            raise InputError(
-                f"drive at {port}: expected a serial port that is plugged in and free, found "
-                f"{reason_of(error).lower()}; 'afferents devices' lists what there is"
-            ) from error
+            raise not_free(f"drive at {port}", "a serial port", error) from error
 
     @property
     def fd(self) -> int | None:

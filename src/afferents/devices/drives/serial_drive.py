@@ -149,7 +149,7 @@ class SerialDrive(Drive):
                 f"found {options.highest_mm_s:g}"
             )
         self._line: Line | None = None
-        self._guard: Guard | None = None
+        self._guard = Guard(None, b"")
         self._turning, self._value = False, "0"
         # Read in one thread, stopped from another: one speaks on the line at a time.
         self._speaking = threading.RLock()
@@ -191,14 +191,14 @@ class SerialDrive(Drive):
         self.require_speed(speed_mm_s)
         with self._speaking:
             self._turning = True
-            self._beat()
+            self._guard.beat(self._turning)
             self._say(self.template.prepare)
             self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
 
     def read(self) -> DriveState:
         """Return its state; feed its watchdog, and our loop."""
         with self._speaking:
-            self._beat()
+            self._guard.beat(self._turning)
             line = self._require_line()
             if self._turning:
                 for text in self.template.feed:
@@ -226,8 +226,7 @@ class SerialDrive(Drive):
                 for _ in range(1 if self.template.taken else TIMES):
                     with suppress(Exception):
                         self._say(self.template.stop)
-        if self._guard is not None:
-            self._guard.beat(False)
+        self._guard.beat(False)
 
     def close(self) -> None:
         """Stop the drum and let the port go."""
@@ -238,18 +237,12 @@ class SerialDrive(Drive):
                 self._say(self.template.close)
             self._line.close()
             self._line = None
-        if self._guard is not None:
-            self._guard.close()
-            self._guard = None
+        self._guard.close()
 
     def _require_line(self) -> Line:
         if self._line is None:
             raise DeviceError(f"drive at {self.options.port}: it is not open")
         return self._line
-
-    def _beat(self) -> None:
-        if self._guard is not None:
-            self._guard.beat(self._turning)
 
     def _set(self, speed_or_duty: float) -> None:
         a_unit = self._mm if self._loop is None else math.copysign(1, self._mm)

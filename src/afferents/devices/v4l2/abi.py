@@ -2,7 +2,6 @@
 
 import ctypes
 
-MJPG, GREY, YUYV = "MJPG", "GREY", "YUYV"
 VIDEO_CAPTURE = 1
 """V4L2_BUF_TYPE_VIDEO_CAPTURE."""
 MMAP = 1

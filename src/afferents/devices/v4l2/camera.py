@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from afferents.devices.base import Camera, CameraSettings, Frame, Options
+from afferents.devices.base import Camera, CameraOptions, CameraSettings, Frame
 from afferents.devices.v4l2 import abi
 from afferents.devices.v4l2.node import (
     EXPOSURE,
@@ -29,7 +29,7 @@ from afferents.devices.v4l2.node import (
 )
 from afferents.errors import InputError
 
-PREFERRED = (abi.MJPG, abi.GREY, abi.YUYV)
+PREFERRED = ("MJPG", "GREY", "YUYV")
 """Formats that ``auto`` takes, the first that the camera offers."""
 BUFFERS = 32
 """Frames that the driver may hold before it loses one, as many as V4L2 allows: a third of a second
@@ -39,11 +39,9 @@ SILENT_S = 3.0
 LOOK_S = 0.1
 """How often a camera that gives nothing is asked whether to end."""
 
-Size = Annotated[int, Field(ge=16, le=8192)]
 
-
-class V4l2Options(Options):
-    """A camera of Linux.
+class V4l2Options(CameraOptions):
+    """A camera of Linux, beside what may be asked of any.
 
     Attributes
     ----------
@@ -51,10 +49,6 @@ class V4l2Options(Options):
         Its number or path.
     format
         ``MJPG``, ``GREY``, ``YUYV``, or ``auto`` for the first of these that it offers.
-    width, height
-        Size, px; None for the one that it has.
-    fps_hz
-        Frames a second asked for; None for its own.
     exposure_ms, gain, white_balance_k, focus
         Set to this; None leaves the value that it has. All are fixed in any case.
     """
@@ -62,9 +56,6 @@ class V4l2Options(Options):
     kind: Literal["v4l2"] = "v4l2"
     device: str = "/dev/video0"
     format: Literal["MJPG", "GREY", "YUYV", "auto"] = "MJPG"
-    width: Size | None = 640
-    height: Size | None = 480
-    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
     exposure_ms: Annotated[float, Field(gt=0, le=10_000)] | None = None
     gain: int | None = None
     white_balance_k: int | None = None

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeVar
 
+from afferents.devices.base import not_free
 from afferents.devices.v4l2 import abi
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError
 
 if sys.platform == "linux":
     import fcntl
@@ -77,10 +78,7 @@ class Node:
             errno.EACCES: "add yourself to the group 'video' and log in again",
         }
         do = doing.get(error.errno or 0, "'afferents devices' lists what there is")
-        return InputError(
-            f"camera {self.path}: expected a camera that is plugged in and free, found "
-            f"{reason_of(error).lower()}; {do}"
-        )
+        return not_free(f"camera {self.path}", "a camera", error, do)
 
     def _require_capture(self) -> str:
         try:

@@ -6,8 +6,8 @@ import json
 import sys
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Iterable, Iterator
-from contextlib import asynccontextmanager, contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
@@ -76,12 +76,7 @@ def serve(
             predictions = again()
 
 
-def application(
-    shown: Shown,
-    host: str,
-    token: str | None,
-    request: Callable[[str], bool] | None = None,
-) -> Any:
+def application(shown: Shown, host: str, token: str | None, request: Callable[[str], bool]) -> Any:
     """Return the ASGI application: the page, its files, one web socket, and what may be asked."""
     from starlette.applications import Starlette
     from starlette.middleware import Middleware
@@ -113,7 +108,7 @@ def application(
             return PlainTextResponse(
                 "The token is missing or wrong, or the page is another's.", 403
             )
-        done = request is not None and request(asked.path_params["what"])
+        done = request(asked.path_params["what"])
         return PlainTextResponse("done" if done else "not now", 200 if done else 409)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
@@ -151,7 +146,8 @@ async def _attend(visitor: Any, shown: Shown) -> None:
         while (await visitor.receive())["type"] != "websocket.disconnect":
             pass
 
-    async with _in_background(listen()) as gone:
+    gone = asyncio.create_task(listen())
+    try:
         await visitor.send_text(json.dumps(shown.hello()))
         while not gone.done():
             state, jpeg = shown.newest()
@@ -159,17 +155,10 @@ async def _attend(visitor: Any, shown: Shown) -> None:
             if jpeg is not None:
                 await visitor.send_bytes(jpeg)
             await asyncio.sleep(EVERY_S)
-
-
-@asynccontextmanager
-async def _in_background(work: Any) -> AsyncIterator["asyncio.Task[None]"]:
-    task = asyncio.create_task(work)
-    try:
-        yield task
     finally:
-        task.cancel()
+        gone.cancel()
         with suppress(asyncio.CancelledError, RuntimeError):
-            await task
+            await gone
 
 
 def _same_origin(visitor: Any) -> bool:
@@ -193,7 +182,7 @@ def page_beside(
     host: str,
     port: int,
     token: str | None,
-    request: Callable[[str], bool] | None = None,
+    request: Callable[[str], bool],
 ) -> Iterator[None]:
     """Serve a page while the inside runs.
 
