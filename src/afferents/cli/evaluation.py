@@ -45,11 +45,15 @@ def evaluate(
 
     given = {name: value for name, value in options.items() if value is not None}
     if given.get("split") == TEXTURE:
+        from afferents.evaluation.results import texture_summaries
+        from afferents.reporting.unseen import texture_tables
+
         del given["split"]
         found: dict[str, Any] = afferents.evaluate_textures(
             data, out, quiet=quiet or as_json, **given
         )
-        tables, skipped = _texture_tables(out), next(iter(found.values()))["skipped"]
+        tables = texture_tables(texture_summaries(out))
+        skipped = next(iter(found.values()))["skipped"]
     else:
         results = afferents.evaluate(data, out, quiet=quiet or as_json, **given)
         found, tables = results.summary, _tables(results.found)
@@ -115,10 +119,3 @@ def _tables(summary: "Summary") -> list["pd.DataFrame"]:
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
     others = (lengths_table(summary), by_touch_table(summary))
     return tables + [table for table in others if table is not None]
-
-
-def _texture_tables(out: Path) -> list["pd.DataFrame"]:
-    from afferents.evaluation.results import texture_summaries
-    from afferents.reporting.unseen import texture_tables
-
-    return texture_tables(texture_summaries(out))

@@ -9,7 +9,6 @@ from afferents.errors import InputError, PartialFailureError
 from afferents.extraction.extract import extract_session, marker_responses
 from afferents.extraction.options import Extraction
 from afferents.files import Place
-from afferents.markers.detect import undistorted
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe
 from afferents.markers.sensor import Sensor, sensor_in
@@ -94,7 +93,7 @@ def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = F
         As `markers.track`.
     """
     tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return marker_responses(undistorted(tracks, sensor.lens))
+    return marker_responses(tracks, sensor.lens)
 
 
 def track(
