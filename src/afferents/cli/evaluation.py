@@ -7,7 +7,7 @@ import typer
 
 from afferents.choices import Figures
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.options import shows, takes_encodings, takes_fields
+from afferents.cli.options import fields_of, of_encodings, shows, takes
 from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet
 from afferents.models.model import TABLE1
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 @shows(
     "data", "out", "models", "protocol", "preset", "split", "held_out", "seeds", "workers", "quiet"
 )  # fmt: skip
-@takes_encodings
-@takes_fields("EvaluationOptions")
+@takes(fields_of("EvaluationOptions"), of_encodings)
 def evaluate(
     data: Annotated[
         list[str],
