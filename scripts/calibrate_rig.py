@@ -20,22 +20,18 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from results_pages import DATA, DOCS, write
+from rig_quickly import IMAGES, PUBLISHED, heard
 
 from afferents import dims
 from afferents.channels import ra1, sa1
-from afferents.encodings.spectra import amplitude_spectrum
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import track_markers
 from afferents.recordings.video import open_video
 from afferents.reporting.style import SEQUENTIAL
 from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record
-from afferents.rig.microphone import SAMPLE_RATE_HZ
-from afferents.rig.run import simulate_run
 
-PUBLISHED = Path(__file__).parent / "published"
 RIG = Rig()
 SPECTRA_MM_S = (20, 40, 50, 80, 100)
-IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
 PREDICTED = ("m", 6.0, (10, 50, 100))
 SEEDS, FILMED_SEEDS = range(6), range(3)
 SPECTRA_COLUMNS = [
@@ -68,19 +64,11 @@ def spectra(published: dict[str, Any]) -> list[Panel]:
     panels = []
     for panel in published["panels"].values():
         spacing, speed = panel["spacing_mm"], panel["speed_true_mm_s"]
-        windows = [heard(spacing, speed, seed) for seed in SEEDS]
+        windows = [heard(RIG, spacing, speed, seed) for seed in SEEDS]
         panels.append(
             Panel(spacing, speed, np.array(panel["intensity"])[None], np.concatenate(windows))
         )
     return panels
-
-
-def heard(spacing_mm: float, speed_mm_s: float, seed: int) -> NDArray[np.float64]:
-    """Return the spectra of four windows of 1 s, shape (4, 400)."""
-    surface = bumped_surface(spacing_mm, RIG.drum)
-    run = simulate_run(RIG, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + 4, seed)
-    steady = run.sensor[-4 * SAMPLE_RATE_HZ :].reshape(4, -1)
-    return amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400).astype(float)
 
 
 def spectra_table(panels: list[Panel]) -> list[list[str]]:
@@ -170,7 +158,7 @@ def published_images(archive: Any, texture: str, speed: int) -> Images:
 
 def filmed_images(spacing_mm: float, speed_mm_s: float, seed: int) -> Images:
     """Record, find blobs as published, and return the images of the steady part."""
-    rig = RIG.model_copy(update={"drum": RIG.drum.model_copy(update={"prints": seed})})
+    rig = RIG.printed(seed)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "run"
         surface = bumped_surface(spacing_mm, rig.drum)
@@ -225,7 +213,7 @@ def predictions(smooth: list[Images]) -> dict[str, Any]:
     found: dict[str, Any] = {"texture": letter, "spacing_mm": spacing, "seeds": len(FILMED_SEEDS)}
     for speed in speeds:
         filmed = [filmed_images(spacing, speed, seed) for seed in FILMED_SEEDS]
-        spectrum = np.concatenate([heard(spacing, speed, seed) for seed in SEEDS])
+        spectrum = np.concatenate([heard(RIG, spacing, speed, seed) for seed in SEEDS])
         first_hz = RIG.drum.periods(spacing) * speed / (math.pi * 80)
         found[f"{speed} mm/s"] = {
             "first_hz": first_hz,

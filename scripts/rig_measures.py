@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 Values = NDArray[np.float64]
 
@@ -87,33 +86,6 @@ def statistics(images: Values) -> dict[str, float]:
         "pin_1": neighbours(images, 1),
         "pin_3": neighbours(images, 3),
         "mean": float(images.mean()),
-    }
-
-
-def load_pattern(images: Values) -> dict[str, float]:
-    """Return how a group's SA-I swings, and the dark spot and the crescent of its mean image.
-
-    The slide is along columns, to the right. `swing`: (highest - lowest) / mean of the images'
-    levels. `likeness`: mean correlation of each image with the mean image. `spot`: the darkest
-    pin of the inner 11 x 11 over the mean level, and `spot_at`: how far upstream of the
-    middle the darkest 3 x 3 are, in pins. `crescent`: the brightest tenth over the mean level, and
-    `crescent_at`: how far downstream of the spot its centre is. `edge`: the outermost pins over the
-    mean level.
-    """
-    level, mean = images.mean(axis=(1, 2)), images.mean(axis=0)
-    smooth = uniform_filter(mean, 3, mode="nearest")
-    column = smooth[4:15, 4:15].argmin() % 11
-    bright = mean >= np.quantile(mean, 0.9)
-    rim = np.ones_like(bright)
-    rim[1:-1, 1:-1] = False
-    return {
-        "swing": float(np.ptp(level) / level.mean()),
-        "likeness": float(np.mean([np.corrcoef(i.ravel(), mean.ravel())[0, 1] for i in images])),
-        "spot": float(mean[4:15, 4:15].min() / mean.mean()),
-        "spot_at": 5.0 - float(column),
-        "crescent": float(mean[bright].mean() / mean.mean()),
-        "crescent_at": float(np.nonzero(bright)[1].mean() - column - 4),
-        "edge": float(mean[rim].mean() / mean.mean()),
     }
 
 

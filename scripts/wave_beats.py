@@ -19,7 +19,7 @@ import results_pages as pages
 from numpy.typing import NDArray
 
 import afferents
-from afferents.channels import sa1_vector
+from afferents.channels import CHANNELS
 from afferents.encodings.base import component_images
 from afferents.rig.camera import Camera
 from afferents.rig.skin import Skin
@@ -46,7 +46,7 @@ def images_of(responses: Responses) -> Floats:
     """Return images (time, component, row, column) of SA-I at constant speed, tapered, px."""
     time, until = responses["time"].values, steady_s(responses)
     kept = cut_frames(time, "all", until, str(responses.attrs["name"]))
-    moved = sa1_vector(responses["position"], responses["rest_position"]).isel(time=kept)
+    moved = CHANNELS["sa1_vector"].response(responses).isel(time=kept)
     images = component_images(moved.fillna(0)).astype(np.float64)
     images -= images.mean(axis=0)
     tapers = [np.hanning(n + 2)[1:-1] for n in images.shape[2:]]

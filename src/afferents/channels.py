@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from afferents import dims
 from afferents.errors import InputError
@@ -20,34 +20,38 @@ def change(response: xr.DataArray) -> xr.DataArray:
     return response - response.shift({dims.TIME: 1})
 
 
-def named(response: xr.DataArray, name: str, unit: str) -> xr.DataArray:
-    """Return a response with its name and unit."""
-    return response.rename(name).assign_attrs({dims.UNITS: unit})
-
-
 # What a channel is: an afferent response worked out of a recording, or of frames as they come.
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Where the markers of one frame are, and where they are at rest; px, (marker, space).
+    """Where the markers are, in one frame or in many, and where they are at rest; px.
 
-    A marker that is lost is NaN.
+    Attributes
+    ----------
+    position
+        Shape (..., marker, space); a marker that is lost is NaN.
+    rest
+        Shape (marker, space).
+    kept
+        Numbers that displacements are of; of float32, as a store keeps them.
     """
 
-    position: NDArray[np.float64]
-    rest: NDArray[np.float64]
+    position: NDArray[np.floating]
+    rest: NDArray[np.floating]
+    kept: DTypeLike = np.float32
 
     @cached_property
-    def distance(self) -> NDArray[np.float64]:
-        """How far each marker stands from rest, (marker,), px."""
+    def distance(self) -> NDArray[np.floating]:
+        """How far each marker stands from rest, (..., marker), px."""
         squared = (self.position - self.rest) ** 2
-        return np.sqrt(squared[:, 0] + squared[:, 1])
+        return np.sqrt(squared[..., 0] + squared[..., 1])
 
     @cached_property
-    def displacement(self) -> NDArray[np.float32]:
-        """The displacement of each marker, (marker, space), px; of float32, as a store keeps it."""
-        return np.asarray(self.position.astype(np.float32) - self.rest.astype(np.float32))
+    def displacement(self) -> NDArray[np.floating]:
+        """The displacement of each marker from rest, (..., marker, space), px."""
+        position, rest = (one.astype(self.kept, copy=False) for one in (self.position, self.rest))
+        return np.asarray(position - rest)
 
 
 class Channel(ABC):
@@ -158,6 +162,46 @@ def _held(channel: object) -> dict[str, Any]:
     return {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in vars(channel).items()}
 
 
+class MotionChannel(Channel):
+    """A channel worked out of where the markers are: `step` says how, in one frame or in many.
+
+    Attributes
+    ----------
+    unit
+        Of the response.
+    """
+
+    made_of = dims.POSITION
+    unit: ClassVar[str] = dims.PIXELS
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return what `step` says of all frames at once, NaN where one has too few before it.
+
+        Raises
+        ------
+        InputError
+            If a dim is missing.
+        """
+        of_frames, of_rest = (dims.TIME, dims.MARKER, dims.SPACE), (dims.MARKER, dims.SPACE)
+        position = dims.require(recording[dims.POSITION], of_frames, dims.POSITION)
+        rest = dims.require(recording[dims.REST_POSITION], of_rest, dims.REST_POSITION)
+        n, still = len(position), rest.values.astype(np.float64)
+        now, before = (
+            Skin(position.values[part], still, position.dtype)
+            for part in (slice(self.lookback, None), slice(0, max(0, n - self.lookback)))
+        )
+        stepped = np.asarray(self.step(now, before))
+        values = np.full((n, *stepped.shape[1:]), np.nan, position.dtype)
+        values[self.lookback :] = stepped
+        like = position
+        if self.parts:
+            like = position.isel({dims.MARKER: 0, dims.SPACE: 0}, drop=True)
+            like = like.expand_dims({self.name: list(self.parts)}, axis=1)
+        elif values.ndim == 2:
+            like = position.isel({dims.SPACE: 0}, drop=True)
+        return xr.DataArray(values, like.coords, like.dims, self.name, {dims.UNITS: self.unit})
+
+
 # SA-I: how far each marker stands from its place at rest (Eq. 1).
 
 
@@ -226,41 +270,14 @@ def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
 # Natural afferents of this kind prefer directions (Birznieks et al., J. Neurosci. 2001, 21:8222).
 
 
-class Sa1Vector(Channel):
+class Sa1Vector(MotionChannel):
     """The displacement of each marker from rest, px."""
 
-    name, title, made_of = dims.SA1_VECTOR, "SA-I vector", dims.POSITION
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the displacement `(time, marker, space)`, px."""
-        return sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION])
+    name, title = dims.SA1_VECTOR, "SA-I vector"
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
-        """Return the displacement in one frame, (marker, space), px."""
+        """Return the displacement, (..., marker, space), px."""
         return now.displacement
-
-
-def sa1_vector(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
-    """Return the displacement of each marker from rest, whose length is SA-I.
-
-    Parameters
-    ----------
-    position, rest_position
-        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
-
-    Returns
-    -------
-    xarray.DataArray
-        `sa1_vector` `(time, marker, space)`, px.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
-    return named(position - rest, dims.SA1_VECTOR, dims.PIXELS)
 
 
 # Global shear: how the skin as a whole is dragged, stretched and turned by what it touches.
@@ -299,67 +316,37 @@ class Plane(NamedTuple):
     field: Floats
 
 
-class Shear(Channel):
-    """The global shear: six numbers a frame, px; see `global_shear`."""
-
-    name, title, made_of = dims.SHEAR, "global shear", dims.POSITION
-    parts = PARTS
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the global shear `(time, shear)`, px."""
-        return global_shear(recording[dims.POSITION], recording[dims.REST_POSITION])
-
-    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
-        """Return the global shear of one frame, (6,), px."""
-        return np.asarray(shear_of(fitted_plane(now.displacement[np.newaxis], now.rest))[0])
-
-
-def global_shear(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
-    """Return the global shear of every frame.
+class Shear(MotionChannel):
+    """The global shear: six numbers a frame, px.
 
     Its parts are `shift_x` and `shift_y`, the displacement in the middle of the markers (the mean
     displacement where none is lost); then, of the gradients of u = (u, v) along x and y,
     `divergence` du/dx + dv/dy, `curl` dv/dx - du/dy, `stretch` du/dx - dv/dy and `shear`
     du/dy + dv/dx. x points right and y down in the image, so a positive curl turns clockwise.
 
-    Parameters
-    ----------
-    position, rest_position
-        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
-
-    Returns
-    -------
-    xarray.DataArray
-        `shear` `(time, shear)`, px. The four gradients are given as the root mean square
-        displacement that they cause, so that all six have one unit: the strain times `radius_px`
-        / 2, which stands in the attributes. NaN where fewer than three markers were seen, or only
-        some on one line.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
+    The four gradients are given as the root mean square displacement that they cause, so that all
+    six have one unit: the strain times `radius_px` / 2, which stands in the attributes. NaN where
+    fewer than three markers were seen, or only some on one line.
     """
-    moved, rest = _displacement(position, rest_position)
-    plane = fitted_plane(moved.values, rest)
-    times = {dims.TIME: moved[dims.TIME]} if dims.TIME in moved.coords else {}
-    found = xr.DataArray(
-        shear_of(plane).astype(moved.dtype),
-        {**times, dims.SHEAR: list(PARTS)},
-        (dims.TIME, dims.SHEAR),
-        attrs={"radius_px": plane.radius_px},
-    )
-    return named(found, dims.SHEAR, dims.PIXELS)
+
+    name, title = dims.SHEAR, "global shear"
+    parts = PARTS
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the global shear `(time, shear)`, px."""
+        radius_px = _about_middle(recording[dims.REST_POSITION].values.astype(np.float64))[1]
+        return super().response(recording).assign_attrs(radius_px=radius_px)
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return the global shear, (..., 6), px."""
+        found = shear_of(fitted_plane(now.displacement, now.rest))
+        return found.reshape(*now.position.shape[:-2], len(PARTS))
 
 
-def affine_field(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
-    """Return the displacement that the global shear alone makes, `(time, marker, space)`, px.
-
-    Parameters and what is raised as of `global_shear`.
-    """
-    moved, rest = _displacement(position, rest_position)
-    field = fitted_plane(moved.values, rest).field.astype(moved.dtype)
-    return named(moved.copy(data=field), "affine_field", dims.PIXELS)
+def _about_middle(rest: NDArray[np.floating]) -> tuple[NDArray[np.floating], float]:
+    """Return where markers (marker, space) lie about their middle, px, and how far, in the RMS."""
+    about = rest - np.nanmean(rest, axis=0)
+    return about, float(np.sqrt(np.nanmean((about**2).sum(axis=1))))
 
 
 def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Plane:
@@ -368,11 +355,11 @@ def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Pla
     Parameters
     ----------
     moved, rest
-        (frame, marker, space) and (marker, space), px.
+        (frame, marker, space), or (marker, space) of a single frame, and (marker, space), px.
     """
-    middle = np.nanmean(rest, axis=0)
-    radius_px = float(np.sqrt(np.nanmean(((rest - middle) ** 2).sum(axis=1))))
-    basis = np.column_stack([np.ones(len(rest)), (rest - middle) / radius_px])
+    moved = moved.reshape(-1, *rest.shape)
+    about, radius_px = _about_middle(rest)
+    basis = np.column_stack([np.ones(len(rest)), about / radius_px])
     seen = np.isfinite(moved).all(axis=2) & np.isfinite(basis).all(axis=1)
     known = np.where(seen[..., np.newaxis], moved, 0).astype(np.float64)
     basis = np.nan_to_num(basis)
@@ -386,61 +373,25 @@ def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Pla
 
 
 def shear_of(plane: Plane) -> Floats:
-    """Return the six parts of a fitted plane, (frame, 6), px; see `global_shear`."""
+    """Return the six parts of a fitted plane, (frame, 6), px; see `Shear`."""
     (du_dx, dv_dx), (du_dy, dv_dy) = np.moveaxis(plane.gradient, 0, 2)
     strain = [du_dx + dv_dy, dv_dx - du_dy, du_dx - dv_dy, du_dy + dv_dx]
     return np.column_stack([plane.shift, plane.radius_px / 2 * np.stack(strain, axis=1)])
 
 
-def _displacement(
-    position: xr.DataArray, rest_position: xr.DataArray
-) -> tuple[xr.DataArray, Floats]:
-    """Return the displacement `(time, marker, space)`, and the places at rest (marker, space)."""
-    moved = sa1_vector(position, rest_position)
-    moved = dims.require(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
-    return moved, rest.values.astype(np.float64)
-
-
 # SA-I without the global shear: what each marker moves beside the skin as a whole.
 
 
-class Sa1Local(Channel):
+class Sa1Local(MotionChannel):
     """The displacement of each marker from rest less the global shear, px."""
 
-    name, title, made_of = dims.SA1_LOCAL, "SA-I vector without shear", dims.POSITION
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return what is left of the displacement `(time, marker, space)`, px."""
-        return sa1_local(recording[dims.POSITION], recording[dims.REST_POSITION])
+    name, title = dims.SA1_LOCAL, "SA-I vector without shear"
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
-        """Return what is left in one frame, (marker, space), px."""
+        """Return what is left of the displacement, (..., marker, space), px."""
         moved = now.displacement
-        plane = fitted_plane(moved[np.newaxis], now.rest).field[0]
+        plane = fitted_plane(moved, now.rest).field.reshape(moved.shape)
         return np.asarray(moved - plane.astype(moved.dtype))
-
-
-def sa1_local(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
-    """Return the displacement of each marker from rest, without that of the global shear.
-
-    Parameters
-    ----------
-    position, rest_position
-        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
-
-    Returns
-    -------
-    xarray.DataArray
-        `sa1_local` `(time, marker, space)`, px: the residual of the plane of `global_shear`.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    moved = sa1_vector(position, rest_position)
-    return named(moved - affine_field(position, rest_position), dims.SA1_LOCAL, dims.PIXELS)
 
 
 # RA-I: how much the SA-I response changes from frame to frame (Eq. 2); and marker speed.
@@ -545,60 +496,27 @@ class Ra1Signed(Channel):
     name, title, made_of, lookback = dims.RA1_SIGNED, "RA-I signed", dims.SA1, 1
 
     def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the change `(time, marker)`, px/frame."""
-        return ra1_signed(recording[dims.SA1])
+        """Return the change `(time, marker)`, px/frame: Eq. 2 without the bars."""
+        response = dims.require(recording[dims.SA1], (dims.TIME, dims.MARKER), dims.SA1)
+        signed = change(response).rename(self.name)
+        return signed.assign_attrs({dims.UNITS: dims.PIXELS_PER_FRAME})
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return the change in one frame, (marker,), px/frame."""
         return None if before is None else now.distance - before.distance
 
 
-def ra1_signed(sa1: xr.DataArray) -> xr.DataArray:
-    """Return how SA-I changes from frame to frame, with its sign: Eq. 2 without the bars.
-
-    Parameters and errors as `ra1`; `ra1_signed` `(time, marker)`, px/frame, NaN in the first frame.
-    """
-    response = dims.require(sa1, (dims.TIME, dims.MARKER), dims.SA1)
-    return named(change(response), dims.RA1_SIGNED, dims.PIXELS_PER_FRAME)
-
-
 # RA-I with its direction: the step of each marker from frame to frame.
 
 
-class Ra1Vector(Channel):
+class Ra1Vector(MotionChannel):
     """The step of each marker since the frame before, px/frame."""
 
-    name, title, made_of, lookback = dims.RA1_VECTOR, "RA-I vector", dims.POSITION, 1
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the steps `(time, marker, space)`, px/frame."""
-        return ra1_vector(sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION]))
+    name, title, lookback, unit = dims.RA1_VECTOR, "RA-I vector", 1, dims.PIXELS_PER_FRAME
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
-        """Return the step in one frame, (marker, space), px/frame."""
+        """Return the steps, (..., marker, space), px/frame."""
         return None if before is None else now.displacement - before.displacement
-
-
-def ra1_vector(position: xr.DataArray) -> xr.DataArray:
-    """Return the step of each marker since the frame before.
-
-    Parameters
-    ----------
-    position
-        `(time, marker, space)`, px, from rest or anywhere.
-
-    Returns
-    -------
-    xarray.DataArray
-        `ra1_vector` `(time, marker, space)`, px/frame, NaN in the first frame.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    place = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
-    return named(change(place), dims.RA1_VECTOR, dims.PIXELS_PER_FRAME)
 
 
 # The part of RA-I that the paper's length is blind to: steps round the place at rest.
@@ -607,54 +525,23 @@ _NO_DIRECTION_PX = 1e-3
 """Closer to rest than this a marker has no direction from it."""
 
 
-class Ra1Circumferential(Channel):
-    """The part of each marker's step that goes round its place at rest, px/frame."""
+class Ra1Circumferential(MotionChannel):
+    """The part of each marker's step that goes round its place at rest, px/frame.
+
+    It is what RA-I is blind to: RA-I changes with the distance from rest alone. Positive from +x
+    towards +y; 0 where the marker was at rest.
+    """
 
     name, title = dims.RA1_CIRCUMFERENTIAL, "RA-I circumferential"
-    made_of, lookback = dims.POSITION, 1
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the steps `(time, marker)`, px/frame."""
-        moved = sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION])
-        return ra1_circumferential(moved)
+    lookback, unit = 1, dims.PIXELS_PER_FRAME
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
-        """Return the step in one frame, (marker,), px/frame."""
+        """Return the steps, (..., marker), px/frame."""
         if before is None:
             return None
-        earlier = before.displacement
-        (x, y), (dx, dy) = earlier.T, (now.displacement - earlier).T
+        x, y = np.moveaxis(before.displacement, -1, 0)
+        dx, dy = np.moveaxis(now.displacement - before.displacement, -1, 0)
         return np.asarray((x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX))
-
-
-def ra1_circumferential(moved: xr.DataArray) -> xr.DataArray:
-    """Return the part of each marker's step that goes round its place at rest.
-
-    It is what RA-I is blind to: RA-I changes with the distance from rest alone.
-
-    Parameters
-    ----------
-    moved
-        `(time, marker, space)`, px, from rest.
-
-    Returns
-    -------
-    xarray.DataArray
-        `ra1_circumferential` `(time, marker)`, px/frame, from +x towards +y positive; NaN in the
-        first frame, and 0 where the marker was at rest.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    place = dims.require(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
-    before, step = place.shift({dims.TIME: 1}), change(place)
-    x, y = (before.isel({dims.SPACE: i}) for i in (0, 1))
-    dx, dy = (step.isel({dims.SPACE: i}) for i in (0, 1))
-    round_it = (x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX)
-    around = round_it.drop_vars(dims.SPACE, errors="ignore")
-    return named(around, dims.RA1_CIRCUMFERENTIAL, dims.PIXELS_PER_FRAME)
 
 
 # RA-II: the vibration itself, as the microphone or the taxels sense it (section 2.3.3).

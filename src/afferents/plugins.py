@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from afferents.errors import AfferentsError, InputError, raised, then
+from afferents.errors import AfferentsError, InputError, raised
 
 
 def how_to_install(extra: str) -> str:
@@ -33,8 +33,7 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     try:
         modules = [import_module(name) for name in names]
     except ImportError as error:
-        wanted, do = f"the packages of the extra '{extra}'", how_to_install(extra)
-        raise InputError(f"{asked}: expected {wanted}, found {error!s}{then(do)}") from error
+        raise _lacking(extra, asked, error) from error
     return modules[0]
 
 
@@ -52,10 +51,12 @@ def missing_extra(error: ImportError, asked: str) -> InputError | None:
     """
     if (error.name or "").partition(".")[0] not in _OF_TRAIN:
         return None
-    return InputError(
-        f"{asked}: expected the packages of the extra 'train', found {error!s}; "
-        f"{how_to_install('train')}"
-    )
+    return _lacking("train", asked, error)
+
+
+def _lacking(extra: str, asked: str, error: ImportError) -> InputError:
+    expected = f"the packages of the extra '{extra}'"
+    return InputError(f"{asked}: expected {expected}, found {error!s}; {how_to_install(extra)}")
 
 
 # Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``.

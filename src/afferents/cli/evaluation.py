@@ -7,7 +7,7 @@ import typer
 
 from afferents.choices import Figures
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.options import shows, takes_encodings, takes_fields
+from afferents.cli.options import fields_of, of_encodings, shows, takes
 from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet
 from afferents.models.model import TABLE1
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 @shows(
     "data", "out", "models", "protocol", "preset", "split", "held_out", "seeds", "workers", "quiet"
 )  # fmt: skip
-@takes_encodings
-@takes_fields("EvaluationOptions")
+@takes(fields_of("EvaluationOptions"), of_encodings)
 def evaluate(
     data: Annotated[
         list[str],
@@ -45,11 +44,15 @@ def evaluate(
 
     given = {name: value for name, value in options.items() if value is not None}
     if given.get("split") == TEXTURE:
+        from afferents.evaluation.results import texture_summaries
+        from afferents.reporting.unseen import texture_tables
+
         del given["split"]
         found: dict[str, Any] = afferents.evaluate_textures(
             data, out, quiet=quiet or as_json, **given
         )
-        tables, skipped = _texture_tables(out), next(iter(found.values()))["skipped"]
+        tables = texture_tables(texture_summaries(out))
+        skipped = next(iter(found.values()))["skipped"]
     else:
         results = afferents.evaluate(data, out, quiet=quiet or as_json, **given)
         found, tables = results.summary, _tables(results.found)
@@ -115,10 +118,3 @@ def _tables(summary: "Summary") -> list["pd.DataFrame"]:
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
     others = (lengths_table(summary), by_touch_table(summary))
     return tables + [table for table in others if table is not None]
-
-
-def _texture_tables(out: Path) -> list["pd.DataFrame"]:
-    from afferents.evaluation.results import texture_summaries
-    from afferents.reporting.unseen import texture_tables
-
-    return texture_tables(texture_summaries(out))

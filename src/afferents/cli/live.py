@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from afferents.cli.shared import Quiet
+from afferents.cli.shared import Host, Port, Quiet, Token
 from afferents.errors import InputError
 from afferents.models.model import BEST
 from afferents.progress import Progress
@@ -76,12 +76,9 @@ def live(
     web: Annotated[
         bool, typer.Option("--web", help="Serve a web page instead of drawing in the terminal.")
     ] = False,
-    host: Annotated[str, typer.Option(help="Address that the page is served at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page.")] = 8800,
-    token: Annotated[
-        str | None,
-        typer.Option(help="Password for the page; required if other machines can reach it."),
-    ] = None,
+    host: Host = "127.0.0.1",
+    port: Port = 8800,
+    token: Token = None,
     lsl: Annotated[
         bool, typer.Option("--lsl", help="Also send predictions as streams of Lab Streaming Layer.")
     ] = False,

@@ -5,14 +5,13 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.cli.options import shows, takes_encodings, takes_fields
+from afferents.cli.options import fields_of, of_encodings, shows, takes
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, CutName, Data, Force, Json, ModelFolder, Quiet
 
 
 @shows("data", "out", "model", "preset", "results", "split", "seed", "force", "quiet")
-@takes_encodings
-@takes_fields("TrainingOptions")
+@takes(fields_of("TrainingOptions"), of_encodings)
 def train(
     data: Data,
     out: Annotated[Path, typer.Argument(help="Folder to write the model to.")],

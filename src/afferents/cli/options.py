@@ -25,13 +25,15 @@ from afferents.errors import InputError
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
-    from afferents.encodings.base import Option
-
 Command = Callable[..., None]
+Options = Mapping[str, tuple[Any, OptionInfo]]
+"""By parameter: how an option is read, and what help says of it."""
+Source = Callable[[Sequence[str]], Options]
+"""Gives options when a command is called with some arguments."""
 PANEL = "Options of encodings (how samples are cut from recordings)"
 RARE = "Further options"
 
-_MAKERS: dict[str, list[Callable[[Command, Sequence[str]], Command]]] = {}
+_SOURCES: dict[str, tuple[Source, ...]] = {}
 """By name of a command: what gives it options once it is called."""
 _WRITTEN: dict[str, Command] = {}
 """Such commands, as they are written."""
@@ -55,50 +57,57 @@ def shows(*names: str) -> Callable[[Command], Command]:
     return register
 
 
-def takes_fields(
-    of: Literal["EvaluationOptions", "TrainingOptions"], values: Mapping[str, str] = {}
-) -> Callable[[Command], Command]:
-    """Give a command that ends in ``**options`` all that is chosen so, None if not given.
+def takes(*sources: Source) -> Callable[[Command], Command]:
+    """Give a command that ends in ``**options`` what sources have for it, None if not given."""
+
+    def register(command: Command) -> Command:
+        _SOURCES[command.__name__] = sources
+        _WRITTEN[command.__name__] = command
+        return _closed(command)
+
+    return register
+
+
+def fields_of(
+    model: Literal["EvaluationOptions", "TrainingOptions"], values: Mapping[str, str] = {}
+) -> Source:
+    """Return a source of all that is chosen by fields of a model of `evaluation.options`.
 
     Parameters
     ----------
-    of
-        A class of `evaluation.options`.
     values
         By field: what it is unless given, for its help.
     """
 
-    def make(command: Command, arguments: Sequence[str]) -> Command:
+    def options(arguments: Sequence[str]) -> Options:
         from afferents.evaluation import options
 
-        fields = getattr(options, of).model_fields.items()
-        return _with_options(
-            command, {name: _option_of(name, field, values.get(name)) for name, field in fields}
+        fields = getattr(options, model).model_fields.items()
+        return {name: _option_of(name, field, values.get(name)) for name, field in fields}
+
+    return options
+
+
+def of_encodings(arguments: Sequence[str]) -> Options:
+    """Return the options of all encodings, and of one's own that the arguments name models of."""
+    from afferents.encodings.base import Encoding
+    from afferents.encodings.settings import options
+
+    found = options()
+    for encoding in (model.encoding for model in _own_models(arguments)):
+        if isinstance(encoding, Encoding):
+            found = encoding.options() | found
+    return {
+        name: (
+            text if option.kind is str else option.kind,
+            typer.Option(option.flag, help=option.help, rich_help_panel=PANEL),
         )
-
-    return lambda command: _later(command, make)
-
-
-def takes_encodings(command: Command) -> Command:
-    """Give a command that ends in ``**options`` those of all encodings, and of one's own."""
-
-    def make(command: Command, arguments: Sequence[str]) -> Command:
-        options = _of_encodings(arguments).items()
-        return _with_options(command, {
-            name: (
-                text if option.kind is str else option.kind,
-                typer.Option(option.flag, help=option.help, rich_help_panel=PANEL),
-            )
-            for name, option in options
-        })  # fmt: skip
-
-    return _later(command, make)
+        for name, option in found.items()
+    }
 
 
-def takes_options_of(
-    stage: Command, own: tuple[str, ...], values: Mapping[str, str]
-) -> Callable[[Command], Command]:
-    """Give a command that ends in ``**options`` those of another command, None if not given.
+def options_of(stage: Command, own: tuple[str, ...], values: Mapping[str, str]) -> Source:
+    """Return a source of the options of another command.
 
     Parameters
     ----------
@@ -108,18 +117,18 @@ def takes_options_of(
         By parameter: what the option is unless given, for its help.
     """
 
-    def make(command: Command, arguments: Sequence[str]) -> Command:
-        options = {}
+    def options(arguments: Sequence[str]) -> Options:
+        found = {}
         for name, parameter in inspect.signature(stage).parameters.items():
             if name not in own:
                 kind, *about = get_args(parameter.annotation)
                 option = copy(next(one for one in about if isinstance(one, OptionInfo)))
                 if name in values:
                     option.help = f"{option.help} (default: {values[name]})"
-                options[name] = kind, option
-        return _with_options(command, options)
+                found[name] = kind, option
+        return found
 
-    return lambda command: _later(command, make)
+    return options
 
 
 class Commands(TyperGroup):
@@ -130,8 +139,8 @@ class Commands(TyperGroup):
         name, command, rest = super().resolve_command(ctx, args)
         if name in _WRITTEN:
             function = _WRITTEN[name]
-            for make in _MAKERS.get(name, ()):
-                function = make(function, rest)
+            for options in _SOURCES.get(name, ()):
+                function = _with_options(function, options(rest))
             function = _closed(function)
             if name in _SHOWN:
                 function = _with_configuration(function, _SHOWN[name])
@@ -142,14 +151,6 @@ class Commands(TyperGroup):
 
 
 # Options as typer reads them.
-
-
-def _later(command: Command, make: Callable[[Command, Sequence[str]], Command]) -> Command:
-    """Put down that a command is given options when it is called; return it without any."""
-    name = command.__name__
-    _MAKERS.setdefault(name, []).append(make)
-    _WRITTEN.setdefault(name, command)
-    return _closed(command)
 
 
 def _option_of(name: str, field: "FieldInfo", value: str | None) -> tuple[Any, OptionInfo]:
@@ -171,7 +172,7 @@ def _kind(annotation: Any) -> Any:
     return list[str] if get_origin(annotation) is dict else text
 
 
-def _with_options(command: Command, options: Mapping[str, tuple[Any, OptionInfo]]) -> Command:
+def _with_options(command: Command, options: Options) -> Command:
     """Return a command with a keyword for each option that it has not, None unless given."""
     signature, keyword = inspect.signature(command), inspect.Parameter.KEYWORD_ONLY
     parameters = list(signature.parameters.values())
@@ -201,18 +202,6 @@ def _called_with(command: Command, parameters: Sequence[inspect.Parameter]) -> C
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {one.name: one.annotation for one in parameters} | {"return": None}
     return call
-
-
-def _of_encodings(arguments: Sequence[str]) -> dict[str, "Option"]:
-    """Return the options of all encodings, and of one's own that the arguments name models of."""
-    from afferents.encodings.base import Encoding
-    from afferents.encodings.settings import options
-
-    found = options()
-    for encoding in (model.encoding for model in _own_models(arguments)):
-        if isinstance(encoding, Encoding):
-            found = encoding.options() | found
-    return found
 
 
 def _own_models(arguments: Sequence[str]) -> Iterator[Any]:

@@ -36,16 +36,12 @@ def lay_out(table: "DataFrame", width: int) -> Iterator[RenderableType]:
 
     if table.attrs["title"]:
         yield Text(table.attrs["title"], style="bold")
-    columns = list(range(len(table.columns)))
-    whole = _drawn(table, columns, width, broken=False)
-    if whole is None:
-        n_headers, rows = table.index.nlevels, list(texts_of(table))
-        in_use = [n for n in columns if any(row[n_headers + n] != ABSENT for row in rows)]
-        columns = in_use or columns
-        whole = _drawn(table, columns, width, broken=False)
-    if whole is not None:
+    every, n_headers, rows = range(len(table.columns)), table.index.nlevels, list(texts_of(table))
+    columns = [n for n in every if any(row[n_headers + n] != ABSENT for row in rows)] or [*every]
+    if whole := _drawn(table, every, width, False) or _drawn(table, columns, width, False):
         yield whole
-    while whole is None and columns:
+        columns = []
+    while columns:
         n, block = next(
             (n, drawn)
             for n in range(len(columns), 0, -1)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.printing import say
-from afferents.cli.shared import Json, Quiet
+from afferents.cli.shared import Host, Json, Port, Quiet, Token
 from afferents.errors import InputError
 
 
@@ -78,12 +78,9 @@ def record(
             "--web", help="Serve a page with camera, markers, sound, progress, and what to do next."
         ),
     ] = False,
-    host: Annotated[str, typer.Option(help="Address that the page is served at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page.")] = 8800,
-    token: Annotated[
-        str | None,
-        typer.Option(help="Password for the page; required if other machines can reach it."),
-    ] = None,
+    host: Host = "127.0.0.1",
+    port: Port = 8800,
+    token: Token = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:

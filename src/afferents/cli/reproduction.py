@@ -10,7 +10,7 @@ from rich.text import Text
 
 from afferents.choices import Like, Size
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.options import shows, takes_encodings, takes_fields, takes_options_of
+from afferents.cli.options import fields_of, of_encodings, options_of, shows, takes
 from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
@@ -58,9 +58,11 @@ _PUBLISHED = {one.name: _default_of(one) for one in CHOICES}
     "out", "session", "like", "size", "sensor", "models", "held_out", "workers", "discrepancies",
     "quiet",
 )  # fmt: skip
-@takes_encodings
-@takes_fields("EvaluationOptions", values=_PUBLISHED)
-@takes_options_of(extract, own=("session", "out", "as_json", "quiet"), values=_PUBLISHED)
+@takes(
+    options_of(extract, own=("session", "out", "as_json", "quiet"), values=_PUBLISHED),
+    fields_of("EvaluationOptions", _PUBLISHED),
+    of_encodings,
+)
 def reproduce(
     out: Annotated[
         Path, typer.Argument(help="Folder to write session, store, results and report to.")

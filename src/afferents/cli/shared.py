@@ -76,5 +76,11 @@ FpsHz = Annotated[
         "times then count from it (default: what the session file says, else the files).",
     ),
 ]
+Host = Annotated[str, typer.Option(help="Address that the page is served at.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port of the page.")]
+Token = Annotated[
+    str | None,
+    typer.Option(help="Password for the page; required if other machines can reach it."),
+]
 SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}
 """What may be a seed."""

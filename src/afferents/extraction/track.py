@@ -9,7 +9,6 @@ from afferents.errors import InputError, PartialFailureError
 from afferents.extraction.extract import extract_session, marker_responses
 from afferents.extraction.options import Extraction
 from afferents.files import Place
-from afferents.markers.detect import undistorted
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe
 from afferents.markers.sensor import Sensor, sensor_in
@@ -36,9 +35,8 @@ def track_into(
 ) -> list[str]:
     """Track a video, or all videos of a session, into a store; say how that of one video went.
 
-    A folder of numbered images is a video, if `fps_hz` is given.
-
-    A session's store is as `extract` writes it, without vibration.
+    A folder of numbered images is a video, if `fps_hz` is given. A video's store is one that plain
+    xarray reads; a session's is as `extract` writes it, without vibration.
 
     Parameters
     ----------
@@ -55,9 +53,10 @@ def track_into(
     Raises
     ------
     InputError
-        As `track_video` and `extract`; if a cluster is asked for with one video.
+        As `extract`; if a video or the sensor is not what it should be, `out` is not free, or a
+        cluster is asked for with one video.
     PartialFailureError
-        As `track_video`.
+        If the video can't be decoded to its end; the store holds what came before.
     """
     if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(
@@ -70,38 +69,8 @@ def track_into(
         raise InputError(
             "--cluster: expected a session, whose videos go side by side, found one video"
         )
-    return track_video(source, out, sensor, method, progress, force, fps_hz)
-
-
-def track_video(
-    path: Path,
-    out: Path,
-    sensor: Sensor | None,
-    method: Method,
-    progress: Progress,
-    force: bool = False,
-    fps_hz: float | None = None,
-) -> list[str]:
-    """Track one video and write a Zarr store that plain xarray reads; say how that went.
-
-    Parameters
-    ----------
-    sensor
-        None to recognise or estimate it.
-    force
-        Whether tracks that were written there before may be replaced.
-    fps_hz
-        True frame rate, where the container's is wrong.
-
-    Raises
-    ------
-    InputError
-        If the video or the sensor is not what it should be, or `out` is not free.
-    PartialFailureError
-        If the video can't be decoded to its end; the store holds what came before.
-    """
-    require_free(out, "a video's tracks", is_tracks, force=force, reads=[path])
-    video = open_clip(path, None if fps_hz is None else rate_in(fps_hz))
+    require_free(out, "a video's tracks", is_tracks, force=force, reads=[source])
+    video = open_clip(source, None if fps_hz is None else rate_in(fps_hz))
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
@@ -124,7 +93,7 @@ def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = F
         As `markers.track`.
     """
     tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return marker_responses(undistorted(tracks, sensor.lens))
+    return marker_responses(tracks, sensor.lens)
 
 
 def track(

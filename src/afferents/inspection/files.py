@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.extraction.extract import marker_responses
-from afferents.markers.detect import undistorted
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_hidden_markers, measure_quality
 from afferents.markers.sensor import Sensor
@@ -117,7 +116,7 @@ def draw_video(
 
     Markers are where the lens shows them, responses as without its distortion.
     """
-    responses = marker_responses(undistorted(tracks, sensor.lens))
+    responses = marker_responses(tracks, sensor.lens)
     positions = tracks[dims.POSITION].values
     markers = markers_figure(
         image, positions[-1], tracks[dims.DETECTED].values[-1], name, positions

@@ -12,7 +12,7 @@ from afferents.documents import quoted
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
-from afferents.markers.layout import GATE_SHARE, FoundLayout, find_layout, match_layout, put_back
+from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
 from afferents.markers.rest import N_FRAMES, AtRest, seen_at_rest, still_picture
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
@@ -109,7 +109,7 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
                 f"{where}: expected {first}, found {int(present.sum())} of them{then(hint)}"
             )
         gate = GATE_SHARE * spacing_px(template)
-        new = put_back(found, placed[present], template[present])
+        new = carry_over(found, placed[present], template[present])
         far = np.hypot(*(new[:, None] - template[None]).transpose(2, 0, 1)).min(axis=1) > gate
         n_seen += present
         union = np.concatenate([template, new[far]])
@@ -119,7 +119,7 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
 
 def _alike(seen: Positions, filed: Positions) -> float:
     """Return which share of markers keep their places among the others in both pictures."""
-    off = np.hypot(*(put_back(seen, seen, filed) - filed).T)
+    off = np.hypot(*(carry_over(seen, seen, filed) - filed).T)
     return float(np.mean(off < IN_PLACE * spacing_px(filed)))
 
 

@@ -9,7 +9,13 @@ LOW, HIGH = 0.15, 0.85
 """Between these shares of a marker's contrast a pixel counts in part: below lies the noise of the
 skin, above that of the disc."""
 AGAIN_PX = 0.5
-"""A centroid farther than this from its window's middle is taken again round itself."""
+"""A centroid farther than this from its window's middle is taken again round itself,"""
+WINDOWS = 3
+"""at most so often for a marker."""
+SEARCH_STEP_PX = 2.5
+"""A common shift is searched in such steps."""
+FOLLOW_LIGHT = 0.1
+"""Share of a new grey level in the running mean."""
 
 _SHORT_HALF = 12
 """Half the side of the largest window whose sums fit into 16 bits: 25 rows."""
@@ -22,7 +28,7 @@ _fast_kernel = compiled(error_model="numpy", nogil=True, fastmath=True)
 
 
 @_kernel
-def centroids(image, expected, dark, bright, half, mass, again, room, position, found):
+def centroids(image, expected, dark, bright, half, mass, room, position, found):
     """Find each marker near where it is expected; return how many were found.
 
     Parameters
@@ -38,8 +44,6 @@ def centroids(image, expected, dark, bright, half, mass, again, room, position, 
     mass
         Weight of each whole marker, px, shape (n,); one with less than half of it or more than
         one and a half is none.
-    again
-        Windows at most for a marker.
     room
         To work in, see `working_room`.
     position, found
@@ -51,7 +55,7 @@ def centroids(image, expected, dark, bright, half, mass, again, room, position, 
     for i in range(len(expected)):
         x, y = expected[i, 0], expected[i, 1]
         weight = 0.0
-        for _ in range(again):
+        for _ in range(WINDOWS):
             if np.isnan(x):
                 break
             weight, mx, my = _moment(
@@ -161,17 +165,17 @@ def brightness(image, position, dx, dy):
 
 
 @_kernel
-def best_shift(image, position, reach, step, sign):
+def best_shift(image, position, reach, sign):
     """Return the common shift (dx, dy) under which the markers' middles are brightest.
 
-    Tried are all multiples of `step` px up to `reach` px. A lattice nearly fits itself when it
-    is shifted by its pitch; the markers at its edge, which then miss, decide.
+    Tried are all multiples of `SEARCH_STEP_PX` up to `reach` px. A lattice nearly fits itself when
+    it is shifted by its pitch; the markers at its edge, which then miss, decide.
     """
     best, best_x, best_y = -np.inf, 0.0, 0.0
-    n = int(reach / step)
+    n = int(reach / SEARCH_STEP_PX)
     for j in range(-n, n + 1):
         for i in range(-n, n + 1):
-            dx, dy = i * step, j * step
+            dx, dy = i * SEARCH_STEP_PX, j * SEARCH_STEP_PX
             if dx * dx + dy * dy > reach * reach:
                 continue
             score = sign * brightness(image, position, dx, dy)
@@ -328,7 +332,6 @@ def look(
     nearest,
     farthest,
     light,
-    again,
     room,
     strange,
     predicted,
@@ -365,7 +368,7 @@ def look(
             predicted[i, 1] = expected[i, 1] + (step[i, 1] if guess == 0 else 0.0)
         there = brightness(image, predicted, 0.0, 0.0)
         if (there > middle) == bright_discs:
-            centroids(image, predicted, dark, bright, half, mass, again, room, position, found)
+            centroids(image, predicted, dark, bright, half, mass, room, position, found)
             shared, strangers = 0, 0
             if not moved_as_one(position, rest, farthest.min() / 2):
                 shared = share_blobs(position, found, predicted, neighbours, nearest)
@@ -424,22 +427,16 @@ def _brightness_of(image):
 
 
 @_kernel
-def remember(image, position, rest, neighbours, share, half, expected, step, dark, bright):
-    """Keep places, steps and grey levels for the next frame, in place.
-
-    Parameters
-    ----------
-    share
-        Of a new grey level in the running mean.
-    """
+def remember(image, position, rest, neighbours, half, expected, step, dark, bright):
+    """Keep places, steps and grey levels for the next frame, in place."""
     for i in range(len(position)):
         seen = not np.isnan(position[i, 0])
         for axis in range(2):
             step[i, axis] = position[i, axis] - expected[i, axis] if seen else 0.0
         if seen:
             skin, disc = _levels(image, position[i, 0], position[i, 1], half[i])
-            dark[i] += share * (skin - dark[i])
-            bright[i] += share * (disc - bright[i])
+            dark[i] += FOLLOW_LIGHT * (skin - dark[i])
+            bright[i] += FOLLOW_LIGHT * (disc - bright[i])
     from_neighbours(position, rest, expected, neighbours, expected)
 
 

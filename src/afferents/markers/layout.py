@@ -273,7 +273,7 @@ def _fit_closely(
         close = distance < gate
         if close.sum() < 3:
             break
-        placed = _similar(template, template[close], found[nearest[close]])
+        placed = carry_over(template, template[close], found[nearest[close]])
     return placed
 
 
@@ -309,24 +309,20 @@ def _fit(placed: Positions, tree: cKDTree, gate: float) -> float:
     return float(np.exp(-((distance / gate) ** 2)).mean())
 
 
-def _similar(template: Positions, source: Positions, target: Positions) -> Positions:
-    """Return the template under the best shift, turn and scale from source to target."""
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    as_complex = np.vdot(a[:, 0] + 1j * a[:, 1], b[:, 0] + 1j * b[:, 1]) / (a**2).sum()
-    centred = template - source.mean(axis=0)
-    moved = (centred[:, 0] + 1j * centred[:, 1]) * as_complex
-    placed: Positions = np.stack([moved.real, moved.imag], axis=1) + target.mean(axis=0)
-    return placed
-
-
-def put_back(points: Positions, seen: Positions, filed: Positions) -> Positions:
-    """Carry points from the picture in which markers were seen to the one they were filed in.
+def carry_over(points: Positions, source: Positions, target: Positions) -> Positions:
+    """Return points under the best shift, turn and scale from source to target.
 
     Parameters
     ----------
     points
         Shape (m, 2), px.
-    seen, filed
-        The same markers in both pictures, shape (n, 2), px.
+    source, target
+        The same markers in two pictures, or where a layout has them and where they are, shape
+        (n, 2), px.
     """
-    return _similar(points, seen, filed)
+    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
+    as_complex = np.vdot(a[:, 0] + 1j * a[:, 1], b[:, 0] + 1j * b[:, 1]) / (a**2).sum()
+    centred = points - source.mean(axis=0)
+    moved = (centred[:, 0] + 1j * centred[:, 1]) * as_complex
+    placed: Positions = np.stack([moved.real, moved.imag], axis=1) + target.mean(axis=0)
+    return placed

@@ -83,13 +83,8 @@ SAME_BLOB = 0.4
 """Two markers nearer than this share of their distance at rest are on one blob."""
 SEARCH = 1.2
 """The common shift is searched up to this multiple of the distance of markers."""
-SEARCH_STEP_PX = 2.5
 FAR = 0.15
 """A common step beyond this share of the search is not believed without one."""
-WINDOWS = 3
-"""A marker's window is moved to its centroid at most this often."""
-FOLLOW_LIGHT = 0.1
-"""Share of a new grey level in the running mean."""
 FAINT = 0.3
 """A lost marker is there if it stands out by this share of what markers stand out by."""
 _FAR_RADII = 8.0
@@ -184,7 +179,6 @@ class Windowed:
             self._nearest,
             self._farthest,
             self._light,
-            WINDOWS,
             self._room,
             self._strange,
             predicted,
@@ -212,7 +206,6 @@ class Windowed:
             position,
             self.rest_position,
             self._neighbours,
-            FOLLOW_LIGHT,
             self._half,
             self._expected,
             self._step,
@@ -287,12 +280,12 @@ class Windowed:
             return
         for now, rest in ((self._dark, self._rest_dark), (self._bright, self._rest_bright)):
             gone = np.median(now[found] - rest[found])
-            now[~found] += FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
+            now[~found] += kernel.FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
 
     def _shifted(self, image: GreyImage, position: Positions) -> Positions:
         """Say where the markers are after they moved farther than expected, all together."""
         self.audit.jumps += 1
-        shift = kernel.best_shift(image, position, self._reach, SEARCH_STEP_PX, self._sign)
+        shift = kernel.best_shift(image, position, self._reach, self._sign)
         shifted: Positions = position + np.array(shift)
         return shifted
 
@@ -324,7 +317,6 @@ class Windowed:
             bright,
             self._half,
             self._mass,
-            WINDOWS,
             self._room,
             position,
             found,

@@ -100,12 +100,9 @@ def measure_clipping(samples: Samples) -> float:
     if not steps.any():
         return 0.0
     finest = float(steps[steps > 0].min())
-    n_clipped = sum(_clipped(samples == end, steps, finest) for end in _ends(samples))
+    ends = samples.min(), samples.max()
+    n_clipped = sum(_clipped(samples == end, steps, finest) for end in ends)
     return n_clipped / len(samples)
-
-
-def _ends(samples: Samples) -> tuple[float, float]:
-    return float(samples.min()), float(samples.max())
 
 
 def _clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:

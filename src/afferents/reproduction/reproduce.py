@@ -27,7 +27,7 @@ from afferents.evaluation.train import Training, train_model
 from afferents.extraction.extract import extract, extract_session
 from afferents.extraction.options import Extraction
 from afferents.files import Place
-from afferents.markers.sensor import Sensor, load_sensor, sensor_in
+from afferents.markers.sensor import load_sensor, sensor_in
 from afferents.models.card import Card
 from afferents.models.export import export
 from afferents.models.model import BEST, MODELS, models_in, names_in
@@ -57,34 +57,16 @@ _FEW_SPEEDS = (10, 20, 40, 70, 100)
 """For a model to try live, which is not to be waited for; mm/s."""
 
 
-def simulated(
-    run: RunFolder,
-    size: Size,
-    sensor: Sensor,
-    seed: int,
-    workers: int | None,
-    progress: Progress,
-) -> Path:
-    """Simulate the session of a reproduction that is given none; keep what is there of it."""
-    simulation = simulation_of(run.session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
-    return simulate_session(simulation, workers, progress)
+def demo_models(folder: Path, progress: Progress) -> list[Path]:
+    """Return exported models of the simulated rig, in a folder; kept where both are there.
 
-
-def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> list[Path]:
-    """Return exported models of the simulated rig; kept where both are there.
-
-    Parameters
-    ----------
-    folder
-        Where they are, or are to be.
-    demo
-        A store to learn from, if it is there; else a small session is simulated.
+    They learn from `DEMO_STORE`, if it is there; else a small session is simulated.
     """
     exported = [folder / f"{name}.onnx" for name in BEST]
     if all(path.is_file() for path in exported):
         return exported
     # a demo that was stopped leaves a part
-    store = demo if holds_all(demo) else _simulated_store(folder, progress)
+    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulated_store(folder, progress)
     (data,) = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
@@ -270,8 +252,10 @@ def _require_simulated(cut: Cut, size: Size) -> None:
 
 
 def _simulated(run: RunFolder, size: Size, given: Options, seed: int, progress: Progress) -> Path:
+    """Simulate the session of a reproduction that is given none; keep what is there of it."""
     sensor = sensor_in(given.get("sensor", "tip_b"))
-    return simulated(run, size, sensor, seed, given.get("workers"), progress)
+    wanted = simulation_of(run.session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
+    return simulate_session(wanted, given.get("workers"), progress)
 
 
 def _require_length(session: Session, cut: Cut) -> None:

@@ -18,7 +18,6 @@ from afferents.errors import InputError
 from afferents.files import holds_only, write_aside
 from afferents.rig.camera import Camera, Renderer, project
 from afferents.rig.config import Rig
-from afferents.rig.drive import STEADY_S
 from afferents.rig.microphone import write_wav
 from afferents.rig.run import CAMERA, MARKERS, Simulated, others_of, random_of, simulate_run
 from afferents.rig.surface import Surface
@@ -100,11 +99,6 @@ def record(
     OSError
         If the disk is full.
     """
-    if seconds <= STEADY_S:
-        raise InputError(
-            f"--seconds: expected more than {STEADY_S:g}, when the speed is steady, found "
-            f"{seconds:g}"
-        )
     run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)

@@ -32,23 +32,23 @@ def rig_of(sensor: Sensor) -> Rig:
         has a lens that bends the picture (as the rig's camera has), or if its pins don't fit on a
         drum.
     """
+    size = sensor.width or Camera().width, sensor.height or Camera().height
     lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
     is_own = (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice
-    seen = (_width(sensor), _height(sensor), bool(sensor.detector.blob_colour), sensor.lens)
+    seen = (*size, bool(sensor.detector.blob_colour), sensor.lens)
     if is_own and seen == (Camera().width, Camera().height, True, None):
         return Rig()
     pitch = _require(sensor)
     if sensor.layout == "square":
         pins = _square_mm(sensor, pitch)
-        size = np.ptp(pins, axis=0)
-        px_per_mm = _SQUARE_SHARE * min(_width(sensor) / size[0], _height(sensor) / size[1])
+        px_per_mm = float(_SQUARE_SHARE * (size / np.ptp(pins, axis=0)).min())
     else:
         px_per_mm = spacing_px(np.array(sensor.markers)) / pitch
         pins = _middled(np.array(sensor.markers)) / px_per_mm
     try:
         return Rig(
             skin=Skin(pins_mm=tuple((round(float(x), 4), round(float(y), 4)) for x, y in pins)),
-            camera=_camera(sensor, px_per_mm),
+            camera=_camera(sensor, px_per_mm, size),
         )
     except ValidationError as error:
         said = reason_in(error.errors()[0])
@@ -87,7 +87,7 @@ def _middled(position: Positions) -> Positions:
     return np.asarray(position - position.mean(axis=0))
 
 
-def _camera(sensor: Sensor, px_per_mm: float) -> Camera:
+def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> Camera:
     """Return a camera to whose pictures the sensor file's detector applies."""
     detector, usual = sensor.detector, Camera()
     if isinstance(detector, BlobDetector):
@@ -98,18 +98,10 @@ def _camera(sensor: Sensor, px_per_mm: float) -> Camera:
     greys = usual.marker_grey, usual.skin_grey
     marker, skin = greys if detector.blob_colour else greys[::-1]
     return Camera(
-        width=_width(sensor),
-        height=_height(sensor),
+        width=size[0],
+        height=size[1],
         px_per_mm=px_per_mm,
         marker_diameter_mm=diameter_px / px_per_mm,
         marker_grey=marker,
         skin_grey=skin,
     )
-
-
-def _width(sensor: Sensor) -> int:
-    return sensor.width or Camera().width
-
-
-def _height(sensor: Sensor) -> int:
-    return sensor.height or Camera().height

@@ -37,6 +37,7 @@ from afferents.store.recording import LETTERS, RecordingSet, require_distinct
 if TYPE_CHECKING:
     from afferents.markers.sensor import Sensor
 
+_A_SESSION = "a session file"
 _CHECKSUMS = "checksums"
 """Key of what is added to a session's configuration when it is whole."""
 
@@ -69,38 +70,19 @@ def simulate_session(
         _claim(simulation)
         remove_partials(simulation.session)
         missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
-        names = (
-            _record_here(simulation, missing, workers, progress)
-            if cluster is None
-            else _record_there(simulation, missing, cluster)
-        )
-        _record_missing(simulation, len(missing), names, progress)
+        if cluster is None:
+            jobs = ((simulation, *run) for run in missing)
+            names = side_by_side(_record_one, jobs, workers, progress.note)
+        else:
+            names = _record_there(simulation, missing, cluster)
+        n = len(simulation.names)
+        with progress.task("simulating", n) as mark:
+            mark(n - len(missing))
+            for done, name in enumerate(names, start=n - len(missing) + 1):
+                mark(done, name)
+        if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, _A_SESSION):
+            _seal(simulation)
     return simulation.session
-
-
-def _record_missing(
-    simulation: Simulation, missing: int, names: Iterator[str], progress: Progress
-) -> None:
-    done = len(simulation.names) - missing
-    with progress.task("simulating", len(simulation.names)) as mark:
-        mark(done)
-        for name in names:
-            done += 1
-            mark(done, name)
-    if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):
-        _seal(simulation)
-
-
-def _record_here(
-    simulation: Simulation,
-    missing: Sequence[tuple[str, float]],
-    workers: int | None,
-    progress: Progress,
-) -> Iterator[str]:
-    """Record runs on this machine; yield the names of those that are done."""
-    first = simulation.names[0]
-    jobs = ((simulation, *run, run == first) for run in missing)
-    return side_by_side(_record_one, jobs, workers, progress.note)
 
 
 def _record_there(
@@ -110,20 +92,15 @@ def _record_there(
 
     Maps of heights are large: workers read the whole simulation, once each, in its own folder.
     """
-    first, session = simulation.names[0], simulation.session.resolve()
+    session = simulation.session.resolve()
     told = session / f"{PARTIAL_PREFIX}simulation-{uuid4().hex}"
     with write_aside(told) as partial:
         partial.write_bytes(pickle.dumps(replace(simulation, session=session)))
-    jobs = ((told, *run, run == first) for run in missing)
+    jobs = ((told, *run) for run in missing)
     try:
-        yield from on_cluster(_record_far, jobs, cluster, session, SAME + OF_RECORDINGS)
+        yield from on_cluster(_record_one, jobs, cluster, session, SAME + OF_RECORDINGS)
     finally:
         told.unlink(missing_ok=True)
-
-
-def _record_far(told: Path, texture: str, speed_mm_s: float, reference: bool) -> str:
-    """Record a run on a worker; return its name."""
-    return _record_one(_told(told), texture, speed_mm_s, reference)
 
 
 @lru_cache(maxsize=1)
@@ -166,7 +143,7 @@ def _claim(simulation: Simulation) -> None:
     """Write session.json, or see that the one there is the same."""
     path = simulation.session / SESSION_FILE
     if path.is_file():
-        earlier, now = read_json(path, "a session file"), simulation.config()
+        earlier, now = read_json(path, _A_SESSION), simulation.config()
         for config in (earlier, now):
             for name in (RUNS, _CHECKSUMS):
                 config.pop(name, None)
@@ -180,7 +157,10 @@ def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
     return simulation.session / run_name(texture, speed_mm_s)
 
 
-def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, reference: bool) -> str:
+def _record_one(simulation: Simulation | Path, texture: str, speed_mm_s: float) -> str:
+    """Record a run of a simulation, which a worker far away is told by a file; return its name."""
+    if isinstance(simulation, Path):
+        simulation = _told(simulation)
     surface = simulation.height_maps.get(texture)
     if surface is None:
         surface = _drum_of(texture, simulation.rig.drum)
@@ -192,7 +172,7 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, referen
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
-        reference,
+        reference=(texture, speed_mm_s) == simulation.names[0],
     )
     return run_name(texture, speed_mm_s)
 

@@ -138,10 +138,24 @@ def simulation_of(
     """
     if seed < 0:
         raise InputError(f"--seed: expected 0 or more, found {seed}")
-    rig = _as_asked(
-        rig or Rig(), remount, seed if reprint is None else reprint, indentation_mm, nodules
-    )
-    rig = rig.with_nuisances(nuisance_strengths(nuisances))
+    prints = seed if reprint is None else reprint
+    if prints < 0:
+        raise InputError(f"--reprint: expected 0 or more, found {prints}")
+    mounting: dict[str, Any] = {"remount": remount}
+    if indentation_mm is not None:
+        if not 0 < indentation_mm <= DEEPEST_MM:
+            raise InputError(
+                f"--indentation: expected more than 0 and at most {DEEPEST_MM:g} mm, found "
+                f"{indentation_mm:g}"
+            )
+        mounting["indentation_mm"] = indentation_mm
+    rig = (rig or Rig()).printed(prints)
+    rig = rig.model_copy(
+        update={
+            "mounting": rig.mounting.model_copy(update=mounting),
+            "skin": rig.skin.model_copy(update={"nodular": nodules == "on"}),
+        }
+    ).with_nuisances(nuisance_strengths(nuisances))
     maps = dict(height_map(text, rig.drum) for text in height_maps)
     folders = dict.fromkeys(
         texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
@@ -161,32 +175,6 @@ def simulation_of(
         sensor,
         maps,
         {name: value for name, value in asked.items() if value is not None},
-    )
-
-
-def _as_asked(
-    rig: Rig,
-    remount: Remount,
-    prints: int,
-    indentation_mm: float | None,
-    nodules: Nodules,
-) -> Rig:
-    """Return the rig with the switches of a session."""
-    if prints < 0:
-        raise InputError(f"--reprint: expected 0 or more, found {prints}")
-    mounting: dict[str, Any] = {"remount": remount}
-    if indentation_mm is not None:
-        if not 0 < indentation_mm <= DEEPEST_MM:
-            raise InputError(
-                f"--indentation: expected more than 0 and at most {DEEPEST_MM:g} mm, found "
-                f"{indentation_mm:g}"
-            )
-        mounting["indentation_mm"] = indentation_mm
-    return rig.printed(prints).model_copy(
-        update={
-            "mounting": rig.mounting.model_copy(update=mounting),
-            "skin": rig.skin.model_copy(update={"nodular": nodules == "on"}),
-        }
     )
 
 

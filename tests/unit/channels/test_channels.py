@@ -7,15 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from afferents.channels import (
-    marker_speed,
-    ra1,
-    ra1_circumferential,
-    ra1_signed,
-    ra2,
-    sa1,
-    sa1_vector,
-)
+from afferents.channels import CHANNELS, marker_speed, ra1, ra2, sa1
 from afferents.errors import InputError
 from afferents.filling import hold
 
@@ -171,6 +163,12 @@ def test_ra1_is_positive_and_below_the_markers_step(track):
     assert (response[seen] <= step[seen] + 1e-8).all()
 
 
+def recording(position, rest):
+    """What channels are worked out of, as a store holds it."""
+    slow = sa1(position, rest)
+    return xr.Dataset({"position": position, "rest_position": rest, "sa1": slow})
+
+
 def path(places):
     values = np.asarray(places, dtype=np.float64)[:, None, :]
     return xr.DataArray(values, dims=("time", "marker", "space"), coords={"space": ["x", "y"]})
@@ -182,16 +180,17 @@ REST = xr.DataArray([[0.0, 0.0]], dims=("marker", "space"), coords={"space": ["x
 @given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=2, max_size=6))
 def test_their_lengths_are_sa1_and_ra1(places):
     position = path(places)
-    length = (sa1_vector(position, REST) ** 2).sum("space") ** 0.5
+    found = recording(position, REST)
+    length = (CHANNELS["sa1_vector"].response(found) ** 2).sum("space") ** 0.5
     np.testing.assert_allclose(length, sa1(position, REST), atol=1e-12)
-    signed = ra1_signed(sa1(position, REST))
+    signed = CHANNELS["ra1_signed"].response(found)
     np.testing.assert_allclose(abs(signed), ra1(sa1(position, REST)), equal_nan=True)
 
 
 def test_a_circle_is_felt_by_the_part_that_goes_round_alone():
     angle = np.arange(5) * 0.1
     circle = path(np.stack([3 * np.cos(angle), 3 * np.sin(angle)], axis=1))
-    around = ra1_circumferential(sa1_vector(circle, REST))
+    around = CHANNELS["ra1_circumferential"].response(recording(circle, REST))
     np.testing.assert_allclose(ra1(sa1(circle, REST))[1:], 0, atol=1e-12)
     np.testing.assert_allclose(around[1:], 3 * np.sin(0.1))
     assert np.isnan(around[0]).all()

@@ -6,7 +6,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.channels import CHANNELS, PARTS, global_shear, sa1_local, sa1_vector
+from afferents.channels import CHANNELS, PARTS
 from afferents.filling import hold
 
 SQUARE = np.stack([i.ravel() for i in np.indices((19, 19))], axis=1) * 22.0 + [120, 40]
@@ -33,7 +33,7 @@ def planes(rest, shift, gradient):
 
 
 def shear_of(found):
-    return global_shear(found.position, found.rest_position)
+    return CHANNELS["shear"].response(found)
 
 
 @settings(deadline=None, max_examples=30)
@@ -48,7 +48,7 @@ def test_a_plane_is_found_whole(rest, shift, gradient):
     expected = [*shift, half * (a + d), half * (c - b), half * (a - d), half * (b + c)]
     np.testing.assert_allclose(shear[1], expected, atol=1e-9)
     np.testing.assert_allclose(shear[0], 0, atol=1e-12)
-    np.testing.assert_allclose(sa1_local(found.position, found.rest_position), 0, atol=1e-9)
+    np.testing.assert_allclose(CHANNELS["sa1_local"].response(found), 0, atol=1e-9)
 
 
 def test_each_part_is_the_displacement_that_it_causes():
@@ -70,7 +70,7 @@ def test_lost_markers_change_nothing_of_a_plane():
     gone = recording(SQUARE, moved)
     gone.position[1, :200] = np.nan
     np.testing.assert_allclose(shear_of(gone)[1], shear_of(recording(SQUARE, moved))[1], atol=1e-9)
-    local = sa1_local(gone.position, gone.rest_position)
+    local = CHANNELS["sa1_local"].response(gone)
     assert np.isnan(local[1, :200]).all()
     np.testing.assert_allclose(local[1, 200:], 0, atol=1e-9)
 
@@ -92,6 +92,6 @@ def test_what_is_left_has_no_shear_and_adds_up():
     local = CHANNELS["sa1_local"].response(found)
     left = found.assign(position=found.rest_position + local)
     np.testing.assert_allclose(shear_of(left), 0, atol=1e-12)
-    whole = sa1_vector(found.position, found.rest_position)
+    whole = CHANNELS["sa1_vector"].response(found)
     power = (whole**2).sum("space").mean("marker") - (local**2).sum("space").mean("marker")
     np.testing.assert_allclose((shear_of(found) ** 2).sum("shear"), power)

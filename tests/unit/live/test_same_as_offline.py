@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 import afferents
 from afferents import dims
-from afferents.channels import CHANNELS, ra1_vector, sa1_vector
+from afferents.channels import CHANNELS
 from afferents.encodings.base import component_images, tactile_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
@@ -59,12 +59,11 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
         recording = replace(recording, video=video, audio=None)
     responses = responses_of(recording, sensor)
     assert bool(responses[dims.SA1][sensor.rest_frame :].isnull().any()) == losing
-    moved = sa1_vector(responses[dims.POSITION], responses[dims.REST_POSITION])
     offline_by_name = {
         dims.SA1: tactile_images(fill(responses[dims.SA1])),
         dims.RA1: tactile_images(fill(responses[dims.RA1])),
-        dims.SA1_VECTOR: component_images(fill(moved)),
-        dims.RA1_VECTOR: component_images(fill(ra1_vector(moved))),
+        dims.SA1_VECTOR: component_images(fill(CHANNELS[dims.SA1_VECTOR].response(responses))),
+        dims.RA1_VECTOR: component_images(fill(CHANNELS[dims.RA1_VECTOR].response(responses))),
     }
     # Of stored float32 here, of doubles there.
     others = {dims.RA1_SIGNED, dims.RA1_CIRCUMFERENTIAL, dims.SA1_LOCAL}
