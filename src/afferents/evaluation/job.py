@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import AfferentsError, InputError, LeakageError
-from afferents.evaluation.choice import parts_of
 from afferents.evaluation.data import OpenedData, open_data
-from afferents.evaluation.encode import Source, encode_variants, sources_of
+from afferents.evaluation.encode import Source, encode_variants, parts_of, sources_of
 from afferents.evaluation.fold_files import (
     FoldKey,
     claim_results_folder,
