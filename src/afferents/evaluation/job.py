@@ -61,7 +61,7 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
         return key
     with _naming(key), at_work(recipe.out, key):
         # A training that was cut off is gone on with by this recipe alone.
-        checkpoint = Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
+        checkpoint = Checkpoint(key.mark(recipe.out, "checkpoint"), digest_of(recipe.config))
         outcome = train_and_test(recipe, key, samples, checkpoint)
         claim_results_folder(recipe.out, recipe.config)
         save_fold(recipe.out, *outcome)

@@ -102,7 +102,7 @@ def read_plan(results: Path) -> Plan:
 @contextmanager
 def at_work(results: Path, key: FoldKey) -> Iterator[None]:
     """Mark a job as running inside, and as failed if it raises."""
-    running, failed = _mark(results, key, "running"), _mark(results, key, "failed")
+    running, failed = key.mark(results, "running"), key.mark(results, "failed")
     failed.unlink(missing_ok=True)
     Running(host=socket.gethostname(), pid=os.getpid(), since=time.time()).write(running)
     try:
@@ -116,7 +116,7 @@ def at_work(results: Path, key: FoldKey) -> Iterator[None]:
 
 def has_failed(results: Path, key: FoldKey) -> bool:
     """Tell whether a job failed when it was last tried."""
-    return _mark(results, key, "failed").is_file()
+    return key.mark(results, "failed").is_file()
 
 
 def job_statuses(results: Path) -> list[JobStatus]:
@@ -160,7 +160,7 @@ def _job_status(results: Path, key: FoldKey) -> JobStatus:
         facts = read_facts(key.folder(results) / FOLD)
         seconds = facts.seconds if facts.job_seconds is None else facts.job_seconds
         return JobStatus(key, "done", seconds)
-    failed, running = _mark(results, key, "failed"), _mark(results, key, "running")
+    failed, running = key.mark(results, "failed"), key.mark(results, "running")
     if failed.is_file():
         return JobStatus(key, "failed", why=Failed.read(failed, "a mark", _REMOVE).why)
     if running.is_file():
@@ -181,8 +181,3 @@ def _alive(mark: Running) -> bool:
     except PermissionError:
         return True
     return True
-
-
-def _mark(results: Path, key: FoldKey, state: str) -> Path:
-    folder = key.folder(results)
-    return folder.with_name(f"{folder.name}.{state}")
