@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
@@ -137,7 +137,7 @@ def hide(cells: Iterable[Axes]) -> None:
         axes.set_visible(False)
 
 
-def add_bar(figure: Figure, drawn: AxesImage, ax: Any, label: str, **where: Any) -> Colorbar:
+def add_bar(figure: FigureBase, drawn: AxesImage, ax: Any, label: str, **where: Any) -> Colorbar:
     """Add a colour bar without an outline."""
     bar = figure.colorbar(drawn, ax=ax, label=label, **where)
     bar.outline.set_visible(False)
