@@ -37,8 +37,7 @@ from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
 from afferents.reporting.choice import panels_of
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
-from afferents.reporting.drawings import DrawnNetwork
-from afferents.reporting.figures import FigureData, draw_pictures
+from afferents.reporting.figures import DrawnNetwork, FigureData, draw_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
 from afferents.reporting.labels import are_published
 from afferents.reporting.page import render_report
