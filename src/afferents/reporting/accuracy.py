@@ -13,10 +13,10 @@ from afferents.evaluation.schemas import Reliability
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     are_published,
+    by_protocol,
     drawn_over,
     model_order,
     model_title,
-    outcome,
     outcomes,
     percent,
     source_line,
@@ -89,13 +89,12 @@ def speed_picture(results: Results) -> ReportFigure:
             paper = published_families()[model].by_speed
             there = [speed for speed in summary.speeds_mm_s if speed in paper]
             _draw_paper(axes, there, [paper[speed] for speed in there])
-        for protocol in PROTOCOL_TITLES:
-            if found := outcome(summary, model, protocol):
-                at = [places[key] for key in found.by]
-                _draw_line(axes, protocol, at, list(found.by.values()), "-" * split.ordered)
-                # Both protocols' bars would hide each other: the second's stand to the right.
-                shifted = [x + aside * (protocol == "published") for x in at]
-                _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
+        for protocol, found in by_protocol(summary, model).items():
+            at = [places[key] for key in found.by]
+            _draw_line(axes, protocol, at, list(found.by.values()), "-" * split.ordered)
+            # Both protocols' bars would hide each other: the second's stand to the right.
+            shifted = [x + aside * (protocol == "published") for x in at]
+            _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
         _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
@@ -128,11 +127,10 @@ def texture_picture(results: Results) -> ReportFigure:
 
     def draw(axes: Axes, model: str) -> None:
         percent_axes(axes, model_title(model, summary), least=-3)
-        for protocol in PROTOCOL_TITLES:
-            if outcome(summary, model, protocol):
-                found = accuracy_by_texture(results, model, protocol)
-                at, shares = [textures.index(t) for t in found], [v / 100 for v in found.values()]
-                _draw_line(axes, protocol, at, shares, "-", width=0.8)
+        for protocol in by_protocol(summary, model):
+            found = accuracy_by_texture(results, model, protocol)
+            at, shares = [textures.index(t) for t in found], [v / 100 for v in found.values()]
+            _draw_line(axes, protocol, at, shares, "-", width=0.8)
         if of_paper := paper_by_texture(results, model):
             _draw_paper(axes, range(len(textures)), of_paper)
         draw_chance(axes, summary.chance)
@@ -199,9 +197,8 @@ def reliability_picture(results: Results) -> ReportFigure:
         axes.plot([0, 100], [0, 100], color=GREY, lw=0.8, ls=(0, (4, 3)),
                   label="as often as it says")  # fmt: skip
         errors = []
-        for protocol in PROTOCOL_TITLES:
-            found = outcome(summary, model, protocol)
-            if found and found.reliability:
+        for protocol, found in by_protocol(summary, model).items():
+            if found.reliability:
                 _draw_bins(axes, protocol, found.reliability)
                 errors.append(percent(found.reliability.ece))
         if errors:

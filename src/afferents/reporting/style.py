@@ -167,14 +167,14 @@ def draw_chance(axes: Axes, chance: float) -> None:
     axes.axhline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
-def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3) -> None:
+def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3, **text: Any) -> None:
     """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some.
 
     They are turned where one is longer than so many letters.
     """
     every = -(-len(names) // most)
     turned = 90 if max(map(len, names)) > longest else 0
-    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)
+    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned, **text)
 
 
 def frame_all(axes: Axes) -> None:
