@@ -8,7 +8,7 @@ stand beside those that are listed.
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from afferents.choices import Cut
 from afferents.documents import as_form, read_json
@@ -41,13 +41,7 @@ Points = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 
 
-def _counted(value: Any) -> Any:
-    if not isinstance(value, int) or value < 0:
-        raise ValueError("a count, true or false")
-    return value
-
-
-Counted = Annotated[Any, AfterValidator(_counted)]
+Counted = bool | Count
 Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 
