@@ -273,12 +273,10 @@ def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> 
     """Refuse to mix frame rates: a change from frame to frame, or so many frames, mean others."""
     first_s: float | None = None
     for responses in recordings:
-        if (
-            dims.TIME not in responses[source.channel.made_of].dims
-            or responses.sizes[dims.TIME] < 2
-        ):
+        made_of = responses[source.channel.made_of]
+        if dims.TIME not in made_of.dims or len(made_of[dims.TIME]) < 2:
             continue
-        period_s = float(np.median(np.diff(responses[dims.TIME].values)))
+        period_s = float(np.median(np.diff(made_of[dims.TIME].values)))
         first_s = first_s or period_s
         if abs(period_s / first_s - 1) > _SAME_RATE:
             raise InputError(

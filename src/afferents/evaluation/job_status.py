@@ -145,13 +145,12 @@ def seconds_left(found: list[JobStatus], workers: int) -> float | None:
             took.setdefault(status.key.model, []).append(status.seconds)
     if not took:
         return None
-    usual = mean(seconds for each in took.values() for seconds in each)
+    of_any = [seconds for each in took.values() for seconds in each]
     left = 0.0
     for status in found:
         if status.state != "done":
-            known = took.get(status.key.model)
             begun = status.seconds if status.state == "running" else None
-            left += max(0.0, (mean(known) if known else usual) - (begun or 0.0))
+            left += max(0.0, mean(took.get(status.key.model, of_any)) - (begun or 0.0))
     return left / workers
 
 

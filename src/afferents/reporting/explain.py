@@ -458,10 +458,9 @@ def _require_fitting(
                 f"from, found none in {responses.attrs['name']}"
             )
     found = felt_with(data, source)
-    for name in ("fps_hz", "sample_rate_hz"):
+    for name, unit in (("fps_hz", "frames/s"), ("sample_rate_hz", "Hz")):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
-            unit = "frames/s" if name == "fps_hz" else "Hz"
             raise InputError(
                 f"{where}: expected {learnt:g} {unit}, as {card.model} learnt from, found "
                 f"{here:g}; take data of the same sensor"

@@ -13,7 +13,6 @@ from afferents.evaluation.schemas import (
     UnknownOutcome,
     UnknownSummary,
 )
-from afferents.files import write_text
 from afferents.folds.held_out import key_of
 from afferents.reporting.labels import (
     ABSENT,
@@ -161,27 +160,19 @@ def unknown_by_texture(summary: UnknownSummary) -> pd.DataFrame:
 # The page of an evaluation that holds out textures as well as speeds.
 
 
-def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
-    """Write the page of `--split texture`, whole or not at all, and return its path.
-
-    Parameters
-    ----------
-    path
-        The file to write, such as `RESULTS/report.html`.
-    summaries
-        By question.
-    """
+def render_textures(summaries: TextureSummaries, folder: Path) -> str:
+    """Return the page of `--split texture`, whose results lie in a folder."""
     summary = next(iter(summaries.values()))
     assert isinstance(summary, UnknownSummary)  # which is always asked
     arguments = [
         *(data.source for data in summary.data),
-        *("--out", path.parent.name or "RESULTS", "--split", "texture"),
+        *("--out", folder.name or "RESULTS", "--split", "texture"),
         *("--models", ",".join(summary.models), "--cut", summary.cut),
         *summary.options,
         *(["--keep-going"] if summary.skipped else ()),
     ]
     speeds = shortened([key_of(v) for v in summary.speeds_mm_s])
-    page = render(
+    return render(
         "textures.html",
         summary,
         headline=_headline(summary),
@@ -198,8 +189,6 @@ def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
         tables=texture_tables(summaries),
         command=shlex.join(["afferents", "evaluate", *arguments]),
     )
-    write_text(path, page)
-    return path
 
 
 def _headline(summary: UnknownSummary) -> str:
