@@ -16,7 +16,7 @@ from afferents.encodings.settings import Encodings, options
 from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
-from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
+from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
 from afferents.parallel import side_by_side_numbered
@@ -284,19 +284,3 @@ def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> 
                 f"the other recordings, found {1 / period_s:.4g}; evaluate those of one frame rate "
                 "together"
             )
-
-
-def encode_variants(
-    recordings: Sequence[Responses],
-    source: Source,
-    cut: Cut,
-    progress: Progress,
-    ablation: Ablation,
-    corruptions: Corruptions,
-    workers: int | None = 1,
-) -> Samples:
-    """Encode every recording; in variants where others are tested than are learnt from."""
-    each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
-    how = source, cut, progress, ablation
-    learnt, *tested = (encode_all(recordings, *how, one, workers) for one in each)
-    return in_variants(learnt, tested) if tested else learnt
