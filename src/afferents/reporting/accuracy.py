@@ -113,8 +113,7 @@ def speed_picture(results: Results) -> ReportFigure:
         f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
         "model. The same numbers stand in a table below.",
         panels_figure(
-            model_order(summary), draw, title, source_line(summary), f"held-out {split.axis}",
-            "accuracy (%)",
+            model_order(summary), draw, title, source_line(summary), f"held-out {split.axis}"
         ),
     )  # fmt: skip
 
@@ -147,7 +146,7 @@ def texture_picture(results: Results) -> ReportFigure:
         "numbers stand in a table above.",
         panels_figure(
             model_order(summary), draw, "Accuracy by texture", source_line(summary),
-            texture_axis(textures, summary.named_by_spacing), "accuracy (%)", height=1.9,
+            texture_axis(textures, summary.named_by_spacing), height=1.9,
         ),
     )  # fmt: skip
 
@@ -179,7 +178,7 @@ def lengths_picture(results: Results) -> ReportFigure:
         "The same numbers stand in the table above.",
         panels_figure(
             list(summary.lengths), draw, "Accuracy by length of window", source_line(summary),
-            "frames of a window", "accuracy (%)",
+            "frames of a window",
         ),
     )  # fmt: skip
 
@@ -217,7 +216,7 @@ def reliability_picture(results: Results) -> ReportFigure:
         "calibration errors stand in the table above.",
         panels_figure(
             model_order(summary), draw, "Right as often as it says?", source_line(summary),
-            "confidence (%)", "accuracy (%)", height=2.5,
+            "confidence (%)", height=2.5,
         ),
     )  # fmt: skip
 

@@ -90,17 +90,18 @@ def panels_figure(
     title: str,
     footer: str,
     x: str,
-    y: str,
     height: float = 2.1,
 ) -> Figure:
     """Return a figure with a panel for each name, below a row that holds the legend of all.
+
+    Every panel shows accuracy in percent.
 
     Parameters
     ----------
     draw
         Draws what is of a name into its panel.
-    x, y
-        What the axes are.
+    x
+        What it goes with.
     height
         Of a panel, inches.
     """
@@ -120,7 +121,7 @@ def panels_figure(
         lowest.set_xlabel(x)
         lowest.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
-        axes.set_ylabel(y)
+        axes.set_ylabel("accuracy (%)")
     shown = [axes.get_legend_handles_labels() for axes in grid.flat[: len(names)]]
     entries = {name: handle for ends in shown for handle, name in zip(*ends, strict=True)}
     for axes in heading:
