@@ -90,7 +90,7 @@ def panels_figure(
     title: str,
     footer: str,
     x: str,
-    height: float = 2.1,
+    height: float,
 ) -> Figure:
     """Return a figure with a panel for each name, below a row that holds the legend of all.
 
