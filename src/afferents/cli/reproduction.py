@@ -38,7 +38,7 @@ def doctor(as_json: Json = False) -> None:
 
 def _list_discrepancies(wanted: bool) -> None:
     if wanted:
-        from afferents.reporting.discrepancies import discrepancies
+        from afferents.reporting.published import discrepancies
 
         say(False, None, discrepancies())
         raise typer.Exit

@@ -1,6 +1,6 @@
 """Refusing options that would do nothing for any of the models asked for."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,6 +12,7 @@ from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, recordings_in
 from afferents.evaluation.encode import (
     encode,
+    parts_of,
     require_for,
     require_speeds_known,
     require_used,
@@ -92,8 +93,7 @@ def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:
         Naming the model.
     """
     for model in models:
-        for part in parts_of(model):
-            (source,) = sources_of(part, encodings)
+        for part, source in zip(parts_of(model), sources_of(model, encodings), strict=True):
             if source.encoding.needs_speed and part.speed_from != "robot":
                 told = [name for name, one in MODELS.items() if one.speed_from == "robot"]
                 raise InputError(
@@ -101,11 +101,6 @@ def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:
                     f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "
                     "told by where they lie; leave out the lines in /mm"
                 )
-
-
-def parts_of(model: Model) -> list[Model]:
-    """Return the models that a fusion is made of, or the model itself."""
-    return [part for name in model.parts for part in parts_of(MODELS[name])] or [model]
 
 
 # Encodings that suit data: chosen before anything is trained, said, and refused if they can't.
@@ -139,18 +134,18 @@ def encodings_for(
 
 def known_of(recordings: Sequence[Responses], cut: Cut) -> SignalInfo | None:
     """Return what is known of the vibration of recordings; None if there is none to learn from."""
-    lengths = dict(_lengths(recordings, cut))
-    if not lengths:
+    used = [(r, length_s) for r in recordings if (length_s := _seconds_kept(r, cut))]
+    if not used:
         return None
-    used = [r for r in recordings if r.attrs["name"] in lengths]
-    slid = [(v, v * lengths[r.attrs["name"]]) for r in used if (v := speed_of(r)) is not None]
+    lengths_s = [length_s for _, length_s in used]
+    slid = [(v, v * length_s) for r, length_s in used if (v := speed_of(r)) is not None]
     # Where no speed is known, encodings that need one are refused, whatever is chosen for them.
     speeds, ways_mm = zip(*slid, strict=True) if slid else ((1.0,), (1.0,))
-    vibration = used[0][dims.RA2]
+    vibration = used[0][0][dims.RA2]
     return SignalInfo(
         float(vibration.attrs[dims.SAMPLE_RATE]),
-        min(lengths.values()),
-        max(lengths.values()),
+        min(lengths_s),
+        max(lengths_s),
         min(speeds),
         max(speeds),
         min(ways_mm),
@@ -159,20 +154,20 @@ def known_of(recordings: Sequence[Responses], cut: Cut) -> SignalInfo | None:
     )
 
 
-def _lengths(recordings: Sequence[Responses], cut: Cut) -> Iterator[tuple[str, float]]:
-    """Yield what the cut leaves of each recording, s; those too short for it are refused later."""
-    for responses in recordings:
-        name = responses.attrs["name"]
-        if dims.RA2 not in responses:
-            continue
-        vibration = responses[dims.RA2]
-        rate = float(vibration.attrs[dims.SAMPLE_RATE])
-        try:
-            n = vibration.sizes[dims.AUDIO_TIME]
-            kept = cut_audio(n, rate, cut, steady_s(responses), name)
-        except InputError:
-            continue
-        yield name, (kept.stop - kept.start) / rate
+def _seconds_kept(responses: Responses, cut: Cut) -> float:
+    """Return what the cut leaves of a recording's vibration, s; 0 of none.
+
+    One that is too short for the cut is refused later.
+    """
+    if dims.RA2 not in responses:
+        return 0.0
+    vibration = responses[dims.RA2]
+    n, rate = vibration.sizes[dims.AUDIO_TIME], float(vibration.attrs[dims.SAMPLE_RATE])
+    try:
+        kept = cut_audio(n, rate, cut, steady_s(responses), responses.attrs["name"])
+    except InputError:
+        return 0.0
+    return (kept.stop - kept.start) / rate
 
 
 def say_choice(

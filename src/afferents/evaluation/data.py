@@ -225,8 +225,8 @@ def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses
     """Refuse a condition, or a value of one, that no recording has."""
     known: dict[str, set[str]] = {}
     for responses in recordings:
-        for name, value in conditions(responses).items():
-            known.setdefault(name, set()).add(text_of(value))
+        for name, value in _declared(responses).items():
+            known.setdefault(name, set()).add(value)
     for name, value in without.items():
         if name not in known:
             raise InputError(
@@ -237,14 +237,13 @@ def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses
             raise InputError(f"--without: expected {name}= one of {values}, found {value}")
 
 
+def _declared(responses: Responses) -> dict[str, str]:
+    """Return a recording's conditions, their values as text."""
+    return {name: text_of(value) for name, value in conditions(responses).items()}
+
+
 def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
-    kept = []
-    for responses in data.responses:
-        declared = conditions(responses)
-        if not any(
-            name in declared and text_of(declared[name]) == value for name, value in without.items()
-        ):
-            kept.append(responses)
+    kept = [r for r in data.responses if _declared(r).items().isdisjoint(without.items())]
     if not kept:
         raise InputError("--without: expected to leave some recordings, found none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))

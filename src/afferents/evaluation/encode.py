@@ -16,7 +16,7 @@ from afferents.encodings.settings import Encodings, options
 from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
-from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
+from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
 from afferents.parallel import side_by_side_numbered
@@ -34,44 +34,50 @@ class Source(NamedTuple):
     encoding: Encoding
 
 
+def parts_of(model: Model) -> list[Model]:
+    """Return the models that a fusion is made of, or the model itself."""
+    return [part for name in model.parts for part in parts_of(MODELS[name])] or [model]
+
+
 def sources_of(model: Model, encodings: Encodings) -> tuple[Source, ...]:
     """Return what a model's samples are made of; a fusion has several kinds."""
-    if not model.parts:
-        return (Source(channel_of(model.channel), encodings.of(model.encoding)),)
-    return tuple(source for name in model.parts for source in sources_of(MODELS[name], encodings))
+    return tuple(
+        Source(channel_of(part.channel), encodings.of(part.encoding)) for part in parts_of(model)
+    )
 
 
 def has(responses: Responses, source: Source) -> bool:
-    """Tell whether a recording has what samples are made of."""
-    made_of, encoding = source.channel.made_of, source.encoding
-    if made_of not in responses:
-        return False
-    return is_pair(source, responses) and encoding.suits(responses)
+    """Tell whether a recording has what samples are made of, and in a form that can be encoded.
 
-
-def is_pair(source: Source, responses: Responses) -> bool:
-    """Tell whether an encoding is one for such a response: sound, markers, or the skin as a whole.
-
-    That the recording has it is taken for granted.
+    Encodings are for sound, for markers, or for the skin as a whole.
     """
-    is_sound = dims.AUDIO_TIME in responses[source.channel.made_of].dims
-    if source.encoding.of_vibration or is_sound:
-        return bool(source.encoding.of_vibration and is_sound)
-    return not (source.channel.parts and getattr(source.encoding, "of_pixels", False))
+    channel, encoding = source
+    if channel.made_of not in responses:
+        return False
+    is_sound = dims.AUDIO_TIME in responses[channel.made_of].dims
+    if is_sound != encoding.of_vibration:
+        return False
+    if not is_sound and channel.parts and getattr(encoding, "of_pixels", False):
+        return False
+    return encoding.suits(responses)
 
 
-def lacking(model: Model, recordings: Sequence[Responses]) -> Responses | None:
-    """Return the first recording that lacks what a model learns from; None if all have it."""
+def lacking(model: Model, recordings: Sequence[Responses]) -> str:
+    """Return what the first recording lacks that a model can't learn from; empty if all can do."""
     sources = sources_of(model, Encodings())
     between_channels = model.speed_from == "fingertip"
+    needed = f"{' and '.join(source.channel.name for source in sources)} in the form it needs"
+    if between_channels:
+        needed = "several vibration channels to measure the speed between"
     for responses in recordings:
-        if not all(has(responses, source) for source in sources):
-            return responses
-        if between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2:
-            return responses
+        name = responses.attrs["name"]
         if _learns_speeds(model) and speed_of(responses) is None:
-            return responses
-    return None
+            return f"{name} lacks a speed"
+        if not all(has(responses, source) for source in sources) or (
+            between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2
+        ):
+            return f"{name} lacks {needed}"
+    return ""
 
 
 def _learns_speeds(model: Model) -> bool:
@@ -100,30 +106,18 @@ def require_support(
         has a name that is taken.
     """
     own_of(wanted)
-    able = [model for model in wanted if lacking(model, recordings) is None]
+    able = [model for model in wanted if not lacking(model, recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
         refused = next(model for model in wanted if model not in able)
-        without = lacking(refused, recordings)
-        assert without is not None
-        possible = [name for name, model in MODELS.items() if lacking(model, recordings) is None]
+        possible = [name for name, model in MODELS.items() if not lacking(model, recordings)]
         raise InputError(
             f"--models: expected some that these data support ({', '.join(possible) or 'none'}), "
-            f"found {refused.name}, for which {without.attrs['name']} lacks "
-            f"{_needs(refused, without)}"
+            f"found {refused.name}, for which {lacking(refused, recordings)}"
         )
     for model in able:
         for source in sources_of(model, Encodings()):
             source.encoding.require_packages()
     return able
-
-
-def _needs(model: Model, lacking: Responses) -> str:
-    if _learns_speeds(model) and speed_of(lacking) is None:
-        return "a speed"
-    if model.speed_from == "fingertip":
-        return "several vibration channels to measure the speed between"
-    channels = (source.channel.name for source in sources_of(model, Encodings()))
-    return f"{' and '.join(channels)} in the form it needs"
 
 
 def require_for(option: str, is_for: Callable[[Model], bool], models: Sequence[Model]) -> None:
@@ -193,7 +187,7 @@ def best_of(recordings: Sequence[Responses]) -> Model:
 
 def recommended(recordings: Sequence[Responses]) -> str:
     """Return the name of the first of `BEST` that recordings support; empty where they do none."""
-    return next((name for name in BEST if lacking(MODELS[name], recordings) is None), "")
+    return next((name for name in BEST if not lacking(MODELS[name], recordings)), "")
 
 
 def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
@@ -279,12 +273,10 @@ def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> 
     """Refuse to mix frame rates: a change from frame to frame, or so many frames, mean others."""
     first_s: float | None = None
     for responses in recordings:
-        if (
-            dims.TIME not in responses[source.channel.made_of].dims
-            or responses.sizes[dims.TIME] < 2
-        ):
+        made_of = responses[source.channel.made_of]
+        if dims.TIME not in made_of.dims or len(made_of[dims.TIME]) < 2:
             continue
-        period_s = float(np.median(np.diff(responses[dims.TIME].values)))
+        period_s = float(np.median(np.diff(made_of[dims.TIME].values)))
         first_s = first_s or period_s
         if abs(period_s / first_s - 1) > _SAME_RATE:
             raise InputError(
@@ -292,19 +284,3 @@ def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> 
                 f"the other recordings, found {1 / period_s:.4g}; evaluate those of one frame rate "
                 "together"
             )
-
-
-def encode_variants(
-    recordings: Sequence[Responses],
-    source: Source,
-    cut: Cut,
-    progress: Progress,
-    ablation: Ablation,
-    corruptions: Corruptions,
-    workers: int | None = 1,
-) -> Samples:
-    """Encode every recording; in variants where others are tested than are learnt from."""
-    each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
-    how = source, cut, progress, ablation
-    learnt, *tested = (encode_all(recordings, *how, one, workers) for one in each)
-    return in_variants(learnt, tested) if tested else learnt

@@ -78,19 +78,13 @@ class FoldKey(Schema):
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
-        return (
-            results
-            / FOLDS
-            / self.model
-            / self.protocol
-            / f"seed-{self.seed}"
-            / folder_name(self.held_out)
-        )
+        seeds = results / FOLDS / self.model / self.protocol
+        return seeds / f"seed-{self.seed}" / folder_name(self.held_out)
 
-    def checkpoint(self, results: Path) -> Path:
-        """Return the file that holds this fold's checkpoint."""
+    def mark(self, results: Path, kind: str) -> Path:
+        """Return the file beside its folder that says `running` or `failed`, or a `checkpoint`."""
         folder = self.folder(results)
-        return folder.with_name(f"{folder.name}.checkpoint")
+        return folder.with_name(f"{folder.name}.{kind}")
 
     def __str__(self) -> str:
         """Return it in words."""

@@ -163,10 +163,10 @@ def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
     return interval_of(accuracy.mean(), accuracy.resampled(seed), len(accuracy.units))
 
 
-def intervals_by_group(accuracy: Accuracy, seed: int = 0) -> dict[Group, Interval]:
+def intervals_by_group(accuracy: Accuracy) -> dict[Group, Interval]:
     """95% interval of the accuracy in each group held out."""
     found = {}
-    for group, drawn in accuracy.drawn(seed).items():
+    for group, drawn in accuracy.drawn().items():
         right, n = accuracy.counts[group].sum(axis=1).T
         found[group] = interval_of(float(right.sum() / n.sum()), drawn, int(np.sum(n > 0)))
     return found
@@ -191,7 +191,7 @@ def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float =
     return Interval(float(max(lowest, mean - half)), float(min(1.0, mean + half)))
 
 
-def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Difference:
+def paired_difference(one: Accuracy, other: Accuracy) -> Difference:
     """Compare two models, or protocols, on the recordings that both were tested on.
 
     Each draw takes the same units for both, so what makes a texture or a session hard for
@@ -208,6 +208,6 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
         raise InputError("a comparison: expected recordings that both were tested on, found none")
     a, b = (Accuracy(side.table.merge(common)) for side in (one, other))
     mean = a.mean() - b.mean()
-    drawn = a.resampled(seed) - b.resampled(seed)
+    drawn = a.resampled() - b.resampled()
     interval = interval_of(mean, drawn, len(a.units), lowest=-1.0)
     return Difference(difference=mean, ci95=interval)

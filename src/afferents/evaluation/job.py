@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import AfferentsError, InputError, LeakageError
-from afferents.evaluation.choice import parts_of
 from afferents.evaluation.data import OpenedData, open_data
-from afferents.evaluation.encode import Source, encode_variants, sources_of
+from afferents.evaluation.encode import Source, encode_all, parts_of, sources_of
 from afferents.evaluation.fold_files import (
     FoldKey,
     claim_results_folder,
@@ -28,8 +27,8 @@ from afferents.evaluation.fold_files import (
 )
 from afferents.evaluation.job_status import at_work
 from afferents.evaluation.recipe import Recipe
-from afferents.folds.corruption import fold_of_variants
-from afferents.folds.protocol import PROTOCOLS, Fold
+from afferents.folds.corruption import fold_of_variants, in_variants
+from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
 from afferents.models.fitted import Fitting, Part, ask_alone
 from afferents.models.fitting import fit, learns_in_a_loop, recipes_of
@@ -62,7 +61,7 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
         return key
     with _naming(key), at_work(recipe.out, key):
         # A training that was cut off is gone on with by this recipe alone.
-        checkpoint = Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
+        checkpoint = Checkpoint(key.mark(recipe.out, "checkpoint"), digest_of(recipe.config))
         outcome = train_and_test(recipe, key, samples, checkpoint)
         claim_results_folder(recipe.out, recipe.config)
         save_fold(recipe.out, *outcome)
@@ -101,15 +100,15 @@ def train_and_test(
     keep_freed_memory()
     start = time.perf_counter()
     model, protocol = recipe.model(key.model), PROTOCOLS[key.protocol]
-    sources = sources_of(model, recipe.encodings)
-    ranks_and_folds = [
-        fold_of(recipe, key, part, source.encoding.of_vibration)
-        for part, source in zip(samples, sources, strict=True)
-    ]
-    parts = [
-        Part(part, fold, source.encoding)
-        for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
-    ]
+    ranks, parts = [], []
+    for of_source, (_, encoding) in zip(samples, sources_of(model, recipe.encodings), strict=True):
+        # Published halves of spectra are drawn at random.
+        splitter = LeaveOneGroupOut(protocol, encoding.of_vibration, key.seed, recipe.split)
+        rank, fold = fold_of_variants(
+            splitter, of_source, key.held_out, recipe.options.ablation, recipe.tested
+        )
+        ranks.append(rank)
+        parts.append(Part(of_source, fold, encoding))
     leaks: dict[int, Leaks] = {}
     # Nothing but networks is picked by validation samples; `nested` lets others learn from them.
     networks = any(map(learns_in_a_loop, (model, *parts_of(model))))
@@ -125,10 +124,9 @@ def train_and_test(
     for number, part in enumerate(parts):
         check(number, part.fold.train[:0])
     configs = [recipe.options.training(network) for network in recipes_of(model, parts)]
-    rank = ranks_and_folds[0][0]
     searched = recipe.options.penalty == "searched"
     fitted = fit(
-        Fitting(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
+        Fitting(model, parts, protocol, configs, key.seed, ranks[0], check, checkpoint, searched)
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
@@ -159,16 +157,6 @@ def _naming(key: FoldKey) -> Iterator[None]:
         ) from error
 
 
-def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) -> tuple[int, Fold]:
-    """Return the rank of the fold that a key names among its protocol's, and the fold.
-
-    Published halves of spectra are drawn at random.
-    """
-    protocol = PROTOCOLS[key.protocol]
-    splitter = LeaveOneGroupOut(protocol, of_vibration, key.seed, recipe.split)
-    return fold_of_variants(splitter, samples, key.held_out, recipe.options.ablation, recipe.tested)
-
-
 def encoded(
     recipe: Recipe,
     sources: Sequence[Source],
@@ -176,10 +164,18 @@ def encoded(
     progress: Progress,
     workers: int | None = 1,
 ) -> tuple[Samples, ...]:
-    """Return the samples that models of these sources learn from, and are tested on."""
-    how = recipe.options.cut, progress, recipe.options.ablation, recipe.corruptions, workers
-    samples = (encode_variants(recordings, source, *how) for source in sources)
-    return tuple(recipe.split.labelled(one, recordings) for one in samples)
+    """Return the samples that models of these sources learn from, and are tested on.
+
+    They come in variants where others are tested than are learnt from.
+    """
+    corruptions, how = recipe.corruptions, (recipe.options.cut, progress, recipe.options.ablation)
+    each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
+    found = []
+    for source in sources:
+        learnt, *tested = (encode_all(recordings, source, *how, one, workers) for one in each)
+        samples = in_variants(learnt, tested) if tested else learnt
+        found.append(recipe.split.labelled(samples, recordings))
+    return tuple(found)
 
 
 @lru_cache(maxsize=1)

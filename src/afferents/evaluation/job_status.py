@@ -102,7 +102,7 @@ def read_plan(results: Path) -> Plan:
 @contextmanager
 def at_work(results: Path, key: FoldKey) -> Iterator[None]:
     """Mark a job as running inside, and as failed if it raises."""
-    running, failed = _mark(results, key, "running"), _mark(results, key, "failed")
+    running, failed = key.mark(results, "running"), key.mark(results, "failed")
     failed.unlink(missing_ok=True)
     Running(host=socket.gethostname(), pid=os.getpid(), since=time.time()).write(running)
     try:
@@ -116,7 +116,7 @@ def at_work(results: Path, key: FoldKey) -> Iterator[None]:
 
 def has_failed(results: Path, key: FoldKey) -> bool:
     """Tell whether a job failed when it was last tried."""
-    return _mark(results, key, "failed").is_file()
+    return key.mark(results, "failed").is_file()
 
 
 def job_statuses(results: Path) -> list[JobStatus]:
@@ -145,13 +145,12 @@ def seconds_left(found: list[JobStatus], workers: int) -> float | None:
             took.setdefault(status.key.model, []).append(status.seconds)
     if not took:
         return None
-    usual = mean(seconds for each in took.values() for seconds in each)
+    of_any = [seconds for each in took.values() for seconds in each]
     left = 0.0
     for status in found:
         if status.state != "done":
-            known = took.get(status.key.model)
             begun = status.seconds if status.state == "running" else None
-            left += max(0.0, (mean(known) if known else usual) - (begun or 0.0))
+            left += max(0.0, mean(took.get(status.key.model, of_any)) - (begun or 0.0))
     return left / workers
 
 
@@ -160,7 +159,7 @@ def _job_status(results: Path, key: FoldKey) -> JobStatus:
         facts = read_facts(key.folder(results) / FOLD)
         seconds = facts.seconds if facts.job_seconds is None else facts.job_seconds
         return JobStatus(key, "done", seconds)
-    failed, running = _mark(results, key, "failed"), _mark(results, key, "running")
+    failed, running = key.mark(results, "failed"), key.mark(results, "running")
     if failed.is_file():
         return JobStatus(key, "failed", why=Failed.read(failed, "a mark", _REMOVE).why)
     if running.is_file():
@@ -181,8 +180,3 @@ def _alive(mark: Running) -> bool:
     except PermissionError:
         return True
     return True
-
-
-def _mark(results: Path, key: FoldKey, state: str) -> Path:
-    folder = key.folder(results)
-    return folder.with_name(f"{folder.name}.{state}")

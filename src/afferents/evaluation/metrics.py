@@ -170,8 +170,7 @@ def outside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
     None where no speed lies between others.
     """
     inner = inside_speeds(predictions)
-    outer: pd.DataFrame = predictions.drop(index=inner.index)
-    return outer if len(inner) else outer.iloc[:0]
+    return predictions.drop(index=inner.index) if len(inner) else inner
 
 
 def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:

@@ -268,10 +268,6 @@ class Recipe:
         used = self.options.ablation.recordings(recordings_in(data))
         return controlled(with_steady(used, self.options.steady), self.options.control, self.split)
 
-    def located(self) -> "Recipe":
-        """Return it with a results folder that any process finds, wherever it was started."""
-        return replace(self, out=self.out.resolve())
-
     def packed(self) -> bytes:
         """Return it for a worker, with the code of what only this process knows.
 

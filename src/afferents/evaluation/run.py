@@ -275,7 +275,8 @@ def run_jobs(
     """
     if not keys:
         return
-    recipe = evaluation.recipe.located()
+    # A folder that any process finds, wherever it was started.
+    recipe = replace(evaluation.recipe, out=evaluation.recipe.out.resolve())
     if evaluation.options.cluster is not None:
         sent = recipe.packed()
         far = [(sent, key) for key in keys]

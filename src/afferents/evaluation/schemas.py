@@ -8,7 +8,7 @@ stand beside those that are listed.
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from afferents.choices import Cut
 from afferents.documents import as_form, read_json
@@ -41,13 +41,7 @@ Points = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 
 
-def _counted(value: Any) -> Any:
-    if not isinstance(value, int) or value < 0:
-        raise ValueError("a count, true or false")
-    return value
-
-
-Counted = Annotated[Any, AfterValidator(_counted)]
+Counted = bool | Count
 Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 
@@ -367,18 +361,8 @@ class UnknownBySpeed(ShareUnknown):
     """At each."""
 
 
-class OfUnits(Schema):
-    """Share called unknown of samples, and of whole recordings."""
-
-    samples: UnknownBySpeed
-    recordings: UnknownBySpeed
-
-
-class Areas(Schema):
-    """Areas under the curve of false alarms against finds (ROC), mean over folds."""
-
-    samples: Share | None
-    recordings: Share | None
+Unit = Literal["samples", "recordings"]
+"""What may be called unknown: a sample, or a whole recording."""
 
 
 class UnknownTexture(Schema):
@@ -397,17 +381,17 @@ class UnknownTexture(Schema):
 class UnknownOutcome(Schema):
     """`models.<name>` of `unknown.json`: what a model makes of textures held out."""
 
-    found: OfUnits
+    found: dict[Unit, UnknownBySpeed]
     """Share called unknown of the texture left out, for `samples` and `recordings`: `mean` over
     held-out speeds, its `ci95`, the same two `inside` and `outside`, and `by_speed`."""
-    false_alarms: OfUnits
+    false_alarms: dict[Unit, UnknownBySpeed]
     """The same of the textures learnt from."""
-    auroc: Areas
+    auroc: dict[Unit, Share | None]
     """Of `samples` and `recordings`: how often the novelty of what was held out is above that of
     what was learnt (area under the ROC curve); mean over folds."""
-    auroc_inside: Areas
+    auroc_inside: dict[Unit, Share | None]
     """The same at speeds between other held-out speeds; null where none lie inside."""
-    auroc_outside: Areas
+    auroc_outside: dict[Unit, Share | None]
     """The same at the slowest and the fastest; null likewise."""
     auroc_by_speed: dict[Key, Share]
     """Of samples."""

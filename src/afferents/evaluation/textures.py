@@ -70,34 +70,32 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     with writing_alone(recipe.out, "evaluate"):
         check_results_folder(recipe.out, config)
         remove_partials(recipe.out)
-        novelty, mm = _ask(recipe, recordings, progress)
+        asked = _ask(recipe, recordings, progress)
         about = replace(evaluation, recipe=recipe).about(recordings) | {
             "preset": "none: solved at once",
             "speeds_mm_s": speeds_of(recordings),
             "textures": tuple(textures),
         }
         write_json(recipe.out / CONFIG, config)
-        return {
-            name: _written(recipe.out, name, about, tables)
-            for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
-            if tables
-        }
+        return {name: _written(recipe.out, name, about, its) for name, its in asked.items()}
 
 
 def _ask(
     recipe: Recipe, recordings: Sequence[Responses], progress: Progress
-) -> tuple[list[pd.DataFrame], list[pd.DataFrame]]:
-    """Return every model's table of novelty, and that of spacings where these can be asked for."""
-    novelty, mm = [], []
+) -> dict[str, list[pd.DataFrame]]:
+    """Return, by question, every model's table: of novelty, and where it can be asked, of mm."""
+    questions = {UNKNOWN: ask_unknown}
+    if named_by_spacing(recordings) and can_ask_mm(textures_of(recordings)):
+        questions[ROUGHNESS] = ask_mm
+    found: dict[str, list[pd.DataFrame]] = {name: [] for name in questions}
     for model in recipe.models:
         source = sources_of(model, recipe.encodings)[0]
         samples = encode_all(
             recordings, source, recipe.options.cut, progress, recipe.options.ablation
         )
-        novelty.append(ask_unknown(model, samples, source.encoding, progress))
-        if named_by_spacing(recordings) and can_ask_mm(textures_of(recordings)):
-            mm.append(ask_mm(model, samples, source.encoding, progress))
-    return novelty, mm
+        for name, ask in questions.items():
+            found[name].append(ask(model, samples, source.encoding, progress))
+    return found
 
 
 def _written(out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]) -> About:

@@ -23,9 +23,8 @@ from afferents.errors import InputError
 from afferents.evaluation.intervals import TEXTURE, Accuracy, bootstrap_interval, count_right
 from afferents.evaluation.metrics import accuracy_by_group, inside_speeds, outside_speeds
 from afferents.evaluation.schemas import (
-    Areas,
-    OfUnits,
     ShareUnknown,
+    Unit,
     UnknownBySpeed,
     UnknownOutcome,
     UnknownTexture,
@@ -52,16 +51,16 @@ def summarise_unknown(table: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> Unk
         What is drawn anew for intervals, as `count_right` takes it.
     """
     table = table.reset_index(drop=True)
-    units = {"samples": table, "recordings": recordings_of(table)}
+    units: dict[Unit, pd.DataFrame] = {"samples": table, "recordings": recordings_of(table)}
     is_new = {unit: rows["left_out"] == rows["texture"] for unit, rows in units.items()}
 
-    def shares(held_out: bool) -> OfUnits:
+    def shares(held_out: bool) -> dict[Unit, UnknownBySpeed]:
         mine = {unit: rows[is_new[unit] == held_out] for unit, rows in units.items()}
-        return OfUnits(**{u: share_unknown(rows, bootstrap_unit) for u, rows in mine.items()})
+        return {unit: share_unknown(rows, bootstrap_unit) for unit, rows in mine.items()}
 
-    def areas(part: Callable[[pd.DataFrame], pd.DataFrame]) -> Areas:
+    def areas(part: Callable[[pd.DataFrame], pd.DataFrame]) -> dict[Unit, float | None]:
         there = {unit: part(rows) for unit, rows in units.items()}
-        return Areas(**{u: _mean_auroc(rows) if len(rows) else None for u, rows in there.items()})
+        return {u: _mean_auroc(rows) if len(rows) else None for u, rows in there.items()}
 
     def of_texture(texture: str) -> UnknownTexture:
         left_out = {unit: rows[rows["left_out"] == texture] for unit, rows in units.items()}

@@ -3,7 +3,7 @@
 Each figure has a panel for each model, in percent, with a line or marks for each protocol.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,10 +13,10 @@ from afferents.evaluation.schemas import Reliability
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     are_published,
+    by_protocol,
     drawn_over,
     model_order,
     model_title,
-    outcome,
     outcomes,
     percent,
     source_line,
@@ -89,20 +89,17 @@ def speed_picture(results: Results) -> ReportFigure:
             paper = published_families()[model].by_speed
             there = [speed for speed in summary.speeds_mm_s if speed in paper]
             _draw_paper(axes, there, [paper[speed] for speed in there])
-        for protocol in PROTOCOL_TITLES:
-            if found := outcome(summary, model, protocol):
-                at = [places[key] for key in found.by]
-                _draw_line(axes, protocol, at, list(found.by.values()), "-" * split.ordered)
-                # Both protocols' bars would hide each other: the second's stand to the right.
-                shifted = [x + aside * (protocol == "published") for x in at]
-                _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
+        for protocol, found in by_protocol(summary, model).items():
+            at = [places[key] for key in found.by]
+            _draw_line(axes, protocol, at, list(found.by.values()), "-" * split.ordered)
+            # Both protocols' bars would hide each other: the second's stand to the right.
+            shifted = [x + aside * (protocol == "published") for x in at]
+            _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
         _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
-    title = f"Accuracy by held-out {split.name}"
-    return ReportFigure(
-        f"accuracy-by-{split.leaks}",
-        title,
+    return _picture(
+        results, f"accuracy-by-{split.leaks}", f"Accuracy by held-out {split.name}",
         _marks(
             results,
             f", where nothing of the held-out {split.name} was seen",
@@ -113,10 +110,7 @@ def speed_picture(results: Results) -> ReportFigure:
         + "The dashed line is chance.",
         f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
         "model. The same numbers stand in a table below.",
-        panels_figure(
-            model_order(summary), draw, title, source_line(summary), f"held-out {split.axis}",
-            "accuracy (%)",
-        ),
+        model_order(summary), draw, f"held-out {split.axis}",
     )  # fmt: skip
 
 
@@ -128,29 +122,24 @@ def texture_picture(results: Results) -> ReportFigure:
 
     def draw(axes: Axes, model: str) -> None:
         percent_axes(axes, model_title(model, summary), least=-3)
-        for protocol in PROTOCOL_TITLES:
-            if outcome(summary, model, protocol):
-                found = accuracy_by_texture(results, model, protocol)
-                at, shares = [textures.index(t) for t in found], [v / 100 for v in found.values()]
-                _draw_line(axes, protocol, at, shares, "-", width=0.8)
+        for protocol in by_protocol(summary, model):
+            found = accuracy_by_texture(results, model, protocol)
+            at, shares = [textures.index(t) for t in found], [v / 100 for v in found.values()]
+            _draw_line(axes, protocol, at, shares, "-", width=0.8)
         if of_paper := paper_by_texture(results, model):
             _draw_paper(axes, range(len(textures)), of_paper)
         draw_chance(axes, summary.chance)
         name_places(axes, list(names.values()), _MOST_NAMES)
 
     crosses = "Crosses: the paper, from the diagonals of its matrices. "
-    return ReportFigure(
-        "accuracy-by-texture",
-        "Accuracy by texture",
+    return _picture(
+        results, "accuracy-by-texture", "Accuracy by texture",
         f"Share of each texture's test samples recognised, mean over held-out "
         f"{results.split.many}. {_marks(results)}{crosses * are_published(summary)}"
         "The dashed line is chance.",
         "Chart of accuracy in percent against texture, a panel for each model. The same "
         "numbers stand in a table above.",
-        panels_figure(
-            model_order(summary), draw, "Accuracy by texture", source_line(summary),
-            texture_axis(textures, summary.named_by_spacing), "accuracy (%)", height=1.9,
-        ),
+        model_order(summary), draw, texture_axis(textures, summary.named_by_spacing), height=1.9,
     )  # fmt: skip
 
 
@@ -172,17 +161,13 @@ def lengths_picture(results: Results) -> ReportFigure:
         _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
-    return ReportFigure(
-        "accuracy-by-length",
-        "Accuracy by length of window",
+    return _picture(
+        results, "accuracy-by-length", "Accuracy by length of window",
         f"Mean over what was held out, against the frames of a window. {_marks(results)}"
         f"{_bars(results)}The dashed line is chance.",
         "Line chart of accuracy in percent against frames of a window, a panel for each model. "
         "The same numbers stand in the table above.",
-        panels_figure(
-            list(summary.lengths), draw, "Accuracy by length of window", source_line(summary),
-            "frames of a window", "accuracy (%)",
-        ),
+        list(summary.lengths), draw, "frames of a window",
     )  # fmt: skip
 
 
@@ -199,18 +184,16 @@ def reliability_picture(results: Results) -> ReportFigure:
         axes.plot([0, 100], [0, 100], color=GREY, lw=0.8, ls=(0, (4, 3)),
                   label="as often as it says")  # fmt: skip
         errors = []
-        for protocol in PROTOCOL_TITLES:
-            found = outcome(summary, model, protocol)
-            if found and found.reliability:
+        for protocol, found in by_protocol(summary, model).items():
+            if found.reliability:
                 _draw_bins(axes, protocol, found.reliability)
                 errors.append(percent(found.reliability.ece))
         if errors:
             said = f"ECE {' and '.join(errors)}%"
             axes.set_title(said, loc="right", fontsize=7.5, color=GREY)
 
-    return ReportFigure(
-        "reliability",
-        "Right as often as it says?",
+    return _picture(
+        results, "reliability", "Right as often as it says?",
         "Reliability diagram: test samples gathered by confidence, the probability of the "
         f"predicted texture, in bins of equal width. {_marks(results)}The area of a mark is "
         "its share of the samples. On the dashed line a model is right as often as it says; "
@@ -218,11 +201,24 @@ def reliability_picture(results: Results) -> ReportFigure:
         f"protocols, in this order. {temperature_note(summary)}",
         "Chart of accuracy against confidence, both in percent, a panel for each model. The "
         "calibration errors stand in the table above.",
-        panels_figure(
-            model_order(summary), draw, "Right as often as it says?", source_line(summary),
-            "confidence (%)", "accuracy (%)", height=2.5,
-        ),
+        model_order(summary), draw, "confidence (%)", height=2.5,
     )  # fmt: skip
+
+
+def _picture(
+    results: Results,
+    name: str,
+    title: str,
+    caption: str,
+    description: str,
+    panels: Sequence[str],
+    draw: Callable[[Axes, str], None],
+    axis: str,
+    height: float = 2.1,
+) -> ReportFigure:
+    """Return a figure with a panel for each model; see `ReportFigure` and `panels_figure`."""
+    figure = panels_figure(panels, draw, title, source_line(results.found), axis, height)
+    return ReportFigure(name, title, caption, description, figure)
 
 
 def _draw_line(

@@ -32,6 +32,7 @@ from afferents.reporting.style import (
     add_bar,
     draw_cells,
     hide,
+    name_places,
     new_figure,
     styled,
 )
@@ -194,17 +195,14 @@ def write_numbers(axes: Axes, panel: Panel, width_inch: float) -> None:
 
 def label_edges(grid: NDArray[Any], textures: list[str], by_spacing: bool) -> None:
     """Name the textures on every axis of the left column, and on the lowest of each column."""
-    step = -(-len(textures) // MOST_TICKS)
-    ticks = list(range(0, len(textures), step))
-    named, axis = texture_names(textures, by_spacing), texture_axis(textures, by_spacing)
-    names = [named[textures[index]] for index in ticks]
-    turned = 90 if max(map(len, names)) > 3 else 0
+    names, axis = texture_names(textures, by_spacing), texture_axis(textures, by_spacing)
+    shown, step = list(names.values()), -(-len(names) // MOST_TICKS)
     for axes in grid.flat:
         axes.set(xticks=[], yticks=[])
         axes.tick_params(length=2, color=GREY)
     for axes in (column[[one.get_visible() for one in column]][-1] for column in grid.T):
-        axes.set_xticks(ticks, names, rotation=turned, fontsize=6)
+        name_places(axes, shown, MOST_TICKS, fontsize=6)
         axes.set_xlabel(f"true {axis}", fontsize=7)
     for axes in grid[:, 0]:
-        axes.set_yticks(ticks, names, fontsize=6)
+        axes.set_yticks(range(0, len(shown), step), shown[::step], fontsize=6)
         axes.set_ylabel(f"predicted {axis}", fontsize=7)

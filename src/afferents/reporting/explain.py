@@ -305,8 +305,10 @@ class Asked:
         What they were made of, and how.
     samples
         As the model takes them.
+    textures
+        Those that the model knows.
     labels
-        Among the card's textures, (n,).
+        Numbers among these, (n,).
     runs
         The images that they are made of: (n, frame, component, row, column); none of vibration.
         Of models that learn from single markers (n, 1, component, marker).
@@ -316,9 +318,15 @@ class Asked:
 
     source: Source
     samples: Samples
+    textures: tuple[str, ...]
     labels: NDArray[np.int64]
     runs: Floats | None = None
     places: tuple[NDArray[Any], NDArray[Any]] | None = None
+
+    @property
+    def by_spacing(self) -> bool:
+        """Whether textures are named by the spacing of their bumps, mm."""
+        return bool(self.samples.attrs.get(dims.NAMED_BY_SPACING, False))
 
 
 def explain(
@@ -366,7 +374,7 @@ def explain(
         card, deployed = load_model(Path(model))
         asked = _asked(card, opened, cut, progress)
         with progress.task("taking parts away", 1) as mark:
-            by_part = _losses(deployed, asked, card.textures)
+            by_part = _losses(deployed, asked)
             mark(1)
     split = card.held_out
     groups = sorted(np.unique(split.of(asked.samples)).tolist(), key=order)
@@ -434,7 +442,8 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     runs = [run for _, run in parts if run is not None]
     first = recordings[0]
     places = (first[dims.ROW].values, first[dims.COLUMN].values) if dims.ROW in first else None
-    return Asked(source, samples, labels, np.concatenate(runs) if runs else None, places)
+    run_of_each = np.concatenate(runs) if runs else None
+    return Asked(source, samples, card.textures, labels, run_of_each, places)
 
 
 def _require_fitting(
@@ -449,10 +458,9 @@ def _require_fitting(
                 f"from, found none in {responses.attrs['name']}"
             )
     found = felt_with(data, source)
-    for name in ("fps_hz", "sample_rate_hz"):
+    for name, unit in (("fps_hz", "frames/s"), ("sample_rate_hz", "Hz")):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
-            unit = "frames/s" if name == "fps_hz" else "Hz"
             raise InputError(
                 f"{where}: expected {learnt:g} {unit}, as {card.model} learnt from, found "
                 f"{here:g}; take data of the same sensor"
@@ -479,7 +487,7 @@ def _predictor(deployed: Deployed) -> Predict:
     return predict
 
 
-def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict[str, xr.DataArray]:
+def _losses(deployed: Deployed, asked: Asked) -> dict[str, xr.DataArray]:
     """Return what each texture loses without each part, by the kind of part, nats."""
     predict, samples, runs = _predictor(deployed), asked.samples, asked.runs
     found: dict[str, xr.DataArray] = {}
@@ -496,23 +504,23 @@ def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict
         if channel.parts:  # one is as it is on average
             names = list(channel.parts)
             lost = without(bands(len(names), 1), runs.mean(axis=0))
-            found["parts"] = _by_texture(textures, asked, lost, {PART: np.array(names)})
+            found["parts"] = _by_texture(asked, lost, {PART: np.array(names)})
         elif encoding.of_pixels:
             shape = runs.shape[-2], runs.shape[-1]
             lost = without(patches(shape, PATCH), still)
-            found["markers"] = _by_texture(textures, asked, lost, _grid(shape))
+            found["markers"] = _by_texture(asked, lost, _grid(shape))
         elif asked.places is not None:  # a marker and its nearest; beside the markers it is 0
             lost = without(neighbourhoods(*asked.places, PATCH**2), still)
             images = images_of(lost.T, *asked.places).astype(np.float64)
             flat = images.reshape(len(images), -1).T
-            found["markers"] = _by_texture(textures, asked, flat, _grid(images.shape[1:]))
+            found["markers"] = _by_texture(asked, flat, _grid(images.shape[1:]))
     if dims.FREQUENCY in samples.dims:
-        found |= _frequencies(textures, predict, asked)
+        found |= _frequencies(predict, asked)
     if dims.ROW_WAVENUMBER in samples.dims:
         each = patches((samples.shape[-2], samples.shape[-1]), 1)
         lost = losses(predict, samples.values, asked.labels, each, samples.values.mean(axis=0))
         axes = {str(dim): samples[dim].values for dim in samples.dims[-2:]}
-        found["waves"] = _by_texture(textures, asked, lost, axes)
+        found["waves"] = _by_texture(asked, lost, axes)
     return found
 
 
@@ -520,17 +528,14 @@ def _grid(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
     return {dims.ROW: np.arange(shape[0]), dims.COLUMN: np.arange(shape[1])}
 
 
-def _frequencies(
-    textures: tuple[str, ...], predict: Predict, asked: Asked
-) -> dict[str, xr.DataArray]:
+def _frequencies(predict: Predict, asked: Asked) -> dict[str, xr.DataArray]:
     """Return the losses over frequency, and over harmonics where textures have a spacing."""
     values, frequency = asked.samples.values, asked.samples[dims.FREQUENCY].values
     taken = bands(len(frequency), max(1, round(BAND_HZ / float(frequency[1] - frequency[0]))))
     lost = losses(predict, values, asked.labels, taken, values.mean(axis=0))
     middle = np.array([frequency[band].mean() for band in taken])
-    found = {"frequencies": _by_texture(textures, asked, lost, {dims.FREQUENCY: middle})}
-    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
-    bumps = [(named and spacing_mm(texture)) or 0.0 for texture in textures]
+    found = {"frequencies": _by_texture(asked, lost, {dims.FREQUENCY: middle})}
+    bumps = [(asked.by_spacing and spacing_mm(one)) or 0.0 for one in asked.textures]
     spacing = np.array(bumps)[asked.labels]
     if (bumpy := spacing > 0).any():
         per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
@@ -543,19 +548,15 @@ def _frequencies(
 
 
 def _by_texture(
-    textures: tuple[str, ...],
-    asked: Asked,
-    lost: NDArray[np.float64],
-    axes: dict[str, NDArray[Any]],
+    asked: Asked, lost: NDArray[np.float64], axes: dict[str, NDArray[Any]]
 ) -> xr.DataArray:
     """Return the mean losses of each texture's samples, over the axes of the parts."""
-    there = [k for k in range(len(textures)) if (asked.labels == k).any()]
+    there = np.unique(asked.labels).tolist()
     shape = [len(axis) for axis in axes.values()]
     means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
-    asked_of = [textures[k] for k in there]
+    asked_of = [asked.textures[k] for k in there]
     found = np.stack(means), {dims.TEXTURE: asked_of, **axes}, (dims.TEXTURE, *axes)
-    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
-    return xr.DataArray(*found, attrs={dims.NAMED_BY_SPACING: named})
+    return xr.DataArray(*found, attrs={dims.NAMED_BY_SPACING: asked.by_spacing})
 
 
 def _most(lost: xr.DataArray) -> str:

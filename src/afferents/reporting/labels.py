@@ -125,12 +125,17 @@ def outcome(summary: Summary, model: str, protocol: str) -> Outcome | None:
     return summary.models.get(model, {}).get(protocol)  # type: ignore[call-overload,no-any-return]
 
 
+def by_protocol(summary: Summary, model: str) -> dict[str, Outcome]:
+    """Return what came out for a model by protocol, nested before published."""
+    found = {protocol: outcome(summary, model, protocol) for protocol in PROTOCOL_TITLES}
+    return {protocol: one for protocol, one in found.items() if one}
+
+
 def outcomes(summary: Summary) -> Iterator[tuple[str, str, Outcome]]:
     """Yield (model, protocol, outcome) of everything that was run, nested before published."""
     for model in model_order(summary):
-        for protocol in PROTOCOL_TITLES:
-            if found := outcome(summary, model, protocol):
-                yield model, protocol, found
+        for protocol, found in by_protocol(summary, model).items():
+            yield model, protocol, found
 
 
 def picked_by_tested(summary: Summary, found: Outcome) -> bool:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import textures_of
+from afferents.encodings.spectra import amplitude_spectrum
 from afferents.errors import InputError, then
 from afferents.evaluation import metrics
 from afferents.evaluation.results import Results
@@ -38,6 +39,7 @@ from afferents.reporting.style import (
     PURPLE,
     SKY,
     VERMILION,
+    add_bar,
     draw_cells,
     draw_chance,
     frame_all,
@@ -120,7 +122,7 @@ def tactile_image(
     rows, columns = image.shape
     ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1])
     ax.set(xlabel="column (x) →", ylabel="← row (y)")
-    ax.figure.colorbar(drawn, ax=ax, label=_label(response)).outline.set_visible(False)
+    add_bar(ax.figure, drawn, ax, _label(response))
     return ax
 
 
@@ -337,17 +339,14 @@ def _rate(response: xr.DataArray) -> float:
 
 
 def _windows(response: xr.DataArray) -> xr.DataArray:
-    """Return amplitudes (window, channel, frequency) of vibration in windows of 1 s."""
+    """Return amplitudes (window, frequency) of vibration in windows of 1 s, of every channel."""
     rate = _rate(response)
-    values = response.transpose(dims.AUDIO_TIME, ...).values
-    n = min(round(rate), len(values))
-    windows = values[: len(values) // n * n].reshape(-1, n, *values.shape[1:])
-    amplitude = 2 * np.abs(np.fft.rfft(windows, axis=1)) / n
-    frequency = np.fft.rfftfreq(n, 1 / rate)
-    axes = ("window", dims.FREQUENCY, *response.transpose(dims.AUDIO_TIME, ...).dims[1:])
-    return xr.DataArray(
-        amplitude, dims=axes, coords={dims.FREQUENCY: frequency}, attrs=response.attrs
-    )
+    signal = response.transpose(..., dims.AUDIO_TIME).values
+    n = min(round(rate), signal.shape[-1])
+    whole = signal[..., : signal.shape[-1] // n * n]
+    amplitude = amplitude_spectrum(whole.reshape(-1, n))
+    coords = {dims.FREQUENCY: np.fft.rfftfreq(n, 1 / rate)}
+    return xr.DataArray(amplitude, coords, ("window", dims.FREQUENCY), attrs=response.attrs)
 
 
 def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
@@ -425,7 +424,7 @@ def confusion(
     image = draw_panel(ax, panel)
     write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
     label_edges(np.array([[ax]]), textures, summary is not None and summary.named_by_spacing)
-    ax.figure.colorbar(image, ax=ax, label=OF_TRUE).outline.set_visible(False)
+    add_bar(ax.figure, image, ax, OF_TRUE)
     return ax
 
 

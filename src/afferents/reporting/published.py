@@ -2,10 +2,13 @@
 
 The figures are carried in `published/*.json`, each with its source. They were measured on the
 published recordings with the published protocol; beside other recordings they are a landmark,
-no target that has or has not been reproduced.
+no target that has or has not been reproduced. Where its text and the authors' code differ, and what
+is done about each here, stands in `published/discrepancies.md`, which `afferents reproduce
+--discrepancies` prints and the docs include.
 """
 
 import json
+import re
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -106,7 +109,34 @@ def published_speeds() -> tuple[float, ...]:
 
 
 def _read(name: str) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(
-        files("afferents.reporting").joinpath("published", name).read_text(encoding="utf-8")
-    )
+    content: dict[str, Any] = json.loads(_text(name))
     return content
+
+
+def _text(name: str) -> str:
+    path = files("afferents.reporting") / "published" / name
+    return path.read_text(encoding="utf-8")
+
+
+_NUMBERED = re.compile(r"^(\d+\.) \*\*(.*)\*\*")
+_DIFFERENT = "    - still different: "
+_OF_SOFTWARE = "## Where the software alone differs"
+
+
+def discrepancies() -> str:
+    """Return the page of discrepancies of paper and code, in Markdown."""
+    return _text("discrepancies.md")
+
+
+def remaining_discrepancies() -> list[str]:
+    """Return, in a sentence each, where ``--like published`` still differs from the code."""
+    of_code, _, rest = discrepancies().partition(_OF_SOFTWARE)
+    of_software, _, _ = rest.partition("\n## ")
+    found, number = [], ""
+    for line in of_code.splitlines():
+        if numbered := _NUMBERED.match(line):
+            number = numbered[1]
+        elif line.startswith(_DIFFERENT):
+            found.append(f"{number} {line.removeprefix(_DIFFERENT)}")
+    software = re.findall(r"^- \*\*(.*?)\.\*\* (.*)", of_software, re.MULTILINE)
+    return [*found, *(f"{topic}: {text}" for topic, text in software)]

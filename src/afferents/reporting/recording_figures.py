@@ -11,6 +11,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from afferents import dims
+from afferents.encodings.spectra import amplitude_spectrum
 from afferents.folds.held_out import key_of
 from afferents.reporting.labels import texture_axis, texture_letter, texture_names
 from afferents.reporting.style import (
@@ -198,7 +199,7 @@ def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
     if len(values) < 2:  # a single sample has no spectrum
         return
     frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
-    amplitude = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0))[1:] / len(values)
+    amplitude = amplitude_spectrum((values - values.mean(axis=0)).T).T[1:]
     if values.shape[1] > 1:
         axes.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
     axes.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)

@@ -37,13 +37,12 @@ from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
 from afferents.reporting.choice import panels_of
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
-from afferents.reporting.drawings import DrawnNetwork
-from afferents.reporting.figures import FigureData, draw_pictures
+from afferents.reporting.figures import DrawnNetwork, FigureData, draw_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
 from afferents.reporting.labels import are_published
 from afferents.reporting.page import render_report
 from afferents.reporting.tables import by_texture_table, short_table1, table1, to_markdown
-from afferents.reporting.unseen import texture_tables, write_texture_page
+from afferents.reporting.unseen import render_textures, texture_tables
 from afferents.store.responses import Responses, conditions, speed_of
 from afferents.store.trimming import with_steady
 
@@ -96,7 +95,8 @@ def report(results: Place, quiet: bool = False, figures: Figures = "report") -> 
     page = folder / PAGE
     if summaries := texture_summaries(folder):
         _write_tables(folder / TEXTURES, *texture_tables(summaries))
-        return write_texture_page(page, summaries)
+        write_text(page, render_textures(summaries, folder))
+        return page
     evaluated = load_results(folder)
     with Progress(quiet) as progress:
         data, notes = figure_data(evaluated, progress, figures)

@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -284,8 +283,7 @@ ASKED = {
 """What texture is asked of."""
 
 
-@dataclass(frozen=True)
-class Felt:
+class Felt(NamedTuple):
     """What one recording shows.
 
     Attributes

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
@@ -90,17 +90,18 @@ def panels_figure(
     title: str,
     footer: str,
     x: str,
-    y: str,
-    height: float = 2.1,
+    height: float,
 ) -> Figure:
     """Return a figure with a panel for each name, below a row that holds the legend of all.
+
+    Every panel shows accuracy in percent.
 
     Parameters
     ----------
     draw
         Draws what is of a name into its panel.
-    x, y
-        What the axes are.
+    x
+        What it goes with.
     height
         Of a panel, inches.
     """
@@ -120,7 +121,7 @@ def panels_figure(
         lowest.set_xlabel(x)
         lowest.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
-        axes.set_ylabel(y)
+        axes.set_ylabel("accuracy (%)")
     shown = [axes.get_legend_handles_labels() for axes in grid.flat[: len(names)]]
     entries = {name: handle for ends in shown for handle, name in zip(*ends, strict=True)}
     for axes in heading:
@@ -137,7 +138,7 @@ def hide(cells: Iterable[Axes]) -> None:
         axes.set_visible(False)
 
 
-def add_bar(figure: Figure, drawn: AxesImage, ax: Any, label: str, **where: Any) -> Colorbar:
+def add_bar(figure: FigureBase, drawn: AxesImage, ax: Any, label: str, **where: Any) -> Colorbar:
     """Add a colour bar without an outline."""
     bar = figure.colorbar(drawn, ax=ax, label=label, **where)
     bar.outline.set_visible(False)
@@ -167,14 +168,14 @@ def draw_chance(axes: Axes, chance: float) -> None:
     axes.axhline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
-def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3) -> None:
+def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3, **text: Any) -> None:
     """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some.
 
     They are turned where one is longer than so many letters.
     """
     every = -(-len(names) // most)
     turned = 90 if max(map(len, names)) > longest else 0
-    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)
+    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned, **text)
 
 
 def frame_all(axes: Axes) -> None:

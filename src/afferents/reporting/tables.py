@@ -12,12 +12,13 @@ import pandas as pd
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Accuracies, Outcome, Summary
 from afferents.folds.controls import CONTROLS
-from afferents.folds.held_out import SPEED
+from afferents.folds.held_out import SPEED, key_of
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
     are_published,
+    by_protocol,
     caution,
     drawn_over,
     model_order,
@@ -213,8 +214,7 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
         title = model_title(model, summary)
         rows += [
             (title, protocol, *(100 * found.by[key] if key in found.by else None for key in groups))
-            for protocol in PROTOCOL_TITLES
-            if (found := outcome(summary, model, protocol))
+            for protocol, found in by_protocol(summary, model).items()
         ]
         if of_paper := _paper_by_speed(summary, model):
             rows.append((title, PAPER_ROW, *of_paper))
@@ -341,10 +341,7 @@ def _epochs(found: Outcome) -> str:
 
 
 def _validation(summary: Summary, found: Outcome) -> str:
-    groups = {
-        held_out: group if isinstance(group, str) else f"{group:g}"
-        for held_out, group in found.validations.items()
-    }
+    groups = {held_out: key_of(group) for held_out, group in found.validations.items()}
     if all(held_out == group for held_out, group in groups.items()):
         if not picked_by_tested(summary, found):
             return ABSENT
@@ -383,12 +380,7 @@ def touches_table(summary: Summary) -> pd.DataFrame:
         "Percent recognised. A recording is classified by the sum of its samples' "
         f"log-probabilities{halves}. {between * on_a_scale}In brackets: 95% interval (over "
         f"{drawn_over(summary)}). {caution(summary)}",
-        (
-            "Model",
-            "Protocol",
-            "Of",
-            *heads,
-        ),
+        ("Model", "Protocol", "Of", *heads),
         (
             (model_title(model, summary), protocol, unit, *cells(found))
             for model, protocol, result in outcomes(summary)
@@ -503,10 +495,9 @@ def by_texture_table(results: Results) -> pd.DataFrame | None:
     rows: list[tuple[Cell, ...]] = []
     for model in model_order(summary):
         title = model_title(model, summary)
-        for protocol in PROTOCOL_TITLES:
-            if outcome(summary, model, protocol):
-                found = accuracy_by_texture(results, model, protocol)
-                rows.append((title, protocol, *cells([found.get(one) for one in textures])))
+        for protocol in by_protocol(summary, model):
+            found = accuracy_by_texture(results, model, protocol)
+            rows.append((title, protocol, *cells([found.get(one) for one in textures])))
         if of_paper := paper_by_texture(results, model):
             rows.append((title, PAPER_ROW, *cells(of_paper)))
     if not rows:

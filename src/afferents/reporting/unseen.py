@@ -9,11 +9,10 @@ import pandas as pd
 from afferents.evaluation.schemas import (
     RoughnessSummary,
     ShareUnknown,
-    UnknownBySpeed,
+    Unit,
     UnknownOutcome,
     UnknownSummary,
 )
-from afferents.files import write_text
 from afferents.folds.held_out import key_of
 from afferents.reporting.labels import (
     ABSENT,
@@ -100,21 +99,20 @@ def unknown_table(summary: UnknownSummary) -> pd.DataFrame:
         (
             (model_title(model, summary), f"a {unit.removesuffix('s')}", *row)
             for model, found in summary.models.items()
-            for unit in ("samples", "recordings")
+            for unit in found.found
             for row in _unknown_rows(found, unit)
         ),
         n_headers=3,
     )  # fmt: skip
 
 
-def _unknown_rows(found: UnknownOutcome, unit: str) -> list[tuple[str, ...]]:
+def _unknown_rows(found: UnknownOutcome, unit: Unit) -> list[tuple[str, ...]]:
     """Return a row of speeds inside and one outside what was learnt, or one of all speeds."""
-    alarms: UnknownBySpeed = getattr(found.false_alarms, unit)
-    finds: UnknownBySpeed = getattr(found.found, unit)
+    alarms, finds = found.false_alarms[unit], found.found[unit]
     ranked = sorted(alarms.by_speed, key=float)
 
     def row(
-        where: str, shares: tuple[ShareUnknown, ShareUnknown], area: float, speeds: list[str]
+        where: str, shares: tuple[ShareUnknown, ShareUnknown], area: float | None, speeds: list[str]
     ) -> tuple[str, ...]:
         most = max(speeds, key=lambda speed: alarms.by_speed[speed])
         fewest = min(speeds, key=lambda speed: finds.by_speed[speed])
@@ -127,12 +125,12 @@ def _unknown_rows(found: UnknownOutcome, unit: str) -> list[tuple[str, ...]]:
         )
 
     if not (alarms.inside and finds.inside and alarms.outside and finds.outside):
-        return [row("all", (alarms, finds), getattr(found.auroc, unit), ranked)]
+        return [row("all", (alarms, finds), found.auroc[unit], ranked)]
     inside, outside = (alarms.inside, finds.inside), (alarms.outside, finds.outside)
     ends = [ranked[0], ranked[-1]]
     return [
-        row("inside", inside, getattr(found.auroc_inside, unit), ranked[1:-1]),
-        row("outside what was learnt", outside, getattr(found.auroc_outside, unit), ends),
+        row("inside", inside, found.auroc_inside[unit], ranked[1:-1]),
+        row("outside what was learnt", outside, found.auroc_outside[unit], ends),
     ]
 
 
@@ -161,27 +159,19 @@ def unknown_by_texture(summary: UnknownSummary) -> pd.DataFrame:
 # The page of an evaluation that holds out textures as well as speeds.
 
 
-def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
-    """Write the page of `--split texture`, whole or not at all, and return its path.
-
-    Parameters
-    ----------
-    path
-        The file to write, such as `RESULTS/report.html`.
-    summaries
-        By question.
-    """
+def render_textures(summaries: TextureSummaries, folder: Path) -> str:
+    """Return the page of `--split texture`, whose results lie in a folder."""
     summary = next(iter(summaries.values()))
     assert isinstance(summary, UnknownSummary)  # which is always asked
     arguments = [
         *(data.source for data in summary.data),
-        *("--out", path.parent.name or "RESULTS", "--split", "texture"),
+        *("--out", folder.name or "RESULTS", "--split", "texture"),
         *("--models", ",".join(summary.models), "--cut", summary.cut),
         *summary.options,
         *(["--keep-going"] if summary.skipped else ()),
     ]
     speeds = shortened([key_of(v) for v in summary.speeds_mm_s])
-    page = render(
+    return render(
         "textures.html",
         summary,
         headline=_headline(summary),
@@ -198,14 +188,13 @@ def write_texture_page(path: Path, summaries: TextureSummaries) -> Path:
         tables=texture_tables(summaries),
         command=shlex.join(["afferents", "evaluate", *arguments]),
     )
-    write_text(path, page)
-    return path
 
 
 def _headline(summary: UnknownSummary) -> str:
     """Return what the model that tells unknown from known best comes to."""
-    best = max(summary.models, key=lambda model: summary.models[model].auroc.samples or 0)
-    finds, alarms = summary.models[best].found.samples, summary.models[best].false_alarms.samples
+    best = max(summary.models, key=lambda model: summary.models[model].auroc["samples"] or 0)
+    of_best = summary.models[best]
+    finds, alarms = of_best.found["samples"], of_best.false_alarms["samples"]
     found, false = (
         (finds.inside, alarms.inside) if finds.inside and alarms.inside else (finds, alarms)
     )

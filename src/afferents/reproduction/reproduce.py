@@ -145,7 +145,7 @@ def reproduce(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    from afferents.reporting.discrepancies import remaining_discrepancies
+    from afferents.reporting.published import remaining_discrepancies
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = choose(like, given)

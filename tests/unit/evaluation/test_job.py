@@ -45,7 +45,7 @@ def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
     waits, save_fold = [], job.save_fold
 
     def save(results, key, *outcome):
-        waits.append(key.checkpoint(results).is_file())
+        waits.append(key.mark(results, "checkpoint").is_file())
         save_fold(results, key, *outcome)
 
     monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))

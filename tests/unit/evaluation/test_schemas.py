@@ -5,7 +5,7 @@ from pydantic import BaseModel
 
 from afferents.evaluation import fold_files, job_status, schemas
 
-PLAIN = {"Config", "Skipped", "Accepted", "OfUnits", "Areas"}
+PLAIN = {"Config", "Skipped", "Accepted"}
 """Whose names of fields say all."""
 WRITTEN = [
     kind

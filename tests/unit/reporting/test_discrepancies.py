@@ -2,7 +2,7 @@
 
 import re
 
-from afferents.reporting.discrepancies import discrepancies, remaining_discrepancies
+from afferents.reporting.published import discrepancies, remaining_discrepancies
 
 
 def test_what_remains_is_said_with_its_number():
