@@ -167,7 +167,7 @@ def _seconds_kept(responses: Responses, cut: Cut) -> float:
         kept = cut_audio(n, rate, cut, steady_s(responses), responses.attrs["name"])
     except InputError:
         return 0.0
-    return (kept.stop - kept.start) / rate
+    return float(kept.stop - kept.start) / rate
 
 
 def say_choice(
