@@ -1,7 +1,6 @@
 """Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), and markers."""
 
-from collections.abc import Callable
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -18,19 +17,10 @@ from afferents.errors import InputError
 class TactileImages(RunsLive):
     """What both encodings share: two copies of every sample as other speeds would give it."""
 
-    faster: ClassVar[Callable[[Samples, Indices, np.random.Generator], tuple[Floats, Indices]]]
-    """What makes the copies."""
-
     @property
     def n_copies(self) -> int:
         """How many copies of a sample are made."""
         return len(RANGES)
-
-    def stretched(
-        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
-    ) -> tuple[Floats, Indices]:
-        """Return two copies of every sample as other speeds would give them; see `faster`."""
-        return self.faster(samples, index, rng)
 
 
 def _lengths(runs: Floats) -> Floats:
@@ -47,11 +37,16 @@ class SpatialEncoding(TactileImages):
     """Every frame is a sample, a tactile image (row, column); it has no options."""
 
     name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
-    faster = staticmethod(faster_images)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
         return _lengths(runs)[:, 0]
+
+    def stretched(
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return two copies of every sample as other speeds would give them; see `faster_images`."""
+        return faster_images(samples, index, rng)
 
 
 FRAMES = 10
@@ -84,11 +79,16 @@ class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
     """
 
     name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
-    faster = staticmethod(faster_runs)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
         return _lengths(runs)
+
+    def stretched(
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return two copies of every sample as other speeds would give them; see `faster_runs`."""
+        return faster_runs(samples, index, rng)
 
 
 # Without rows and columns: what each marker shows, and its moments over a run of frames.

@@ -9,6 +9,7 @@ stage next to nothing. Not the published recipe.
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, cast
 
 import numpy as np
@@ -326,11 +327,15 @@ def _fit_each(task: Fitting) -> Fitted:
             task,
             model=MODELS[name],
             configs=[config],
-            check=lambda _, learnt_from, number=number: task.check(number, learnt_from),
+            check=partial(_check_part, task, number),
             checkpoint=None,
         )
         fitted[name] = _fit_network(alone, part)
     return mean_of(fitted, task.parts)
+
+
+def _check_part(task: Fitting, number: int, _: int, learnt_from: Indices) -> None:
+    task.check(number, learnt_from)
 
 
 def learns_in_a_loop(model: Model) -> bool:
