@@ -45,7 +45,7 @@ class SpatialEncoding(TactileImages):
     def stretched(
         self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
     ) -> tuple[Floats, Indices]:
-        """Return two copies of every sample as other speeds would give them; see `faster_images`."""
+        """Return two copies of every sample as at other speeds; see `faster_images`."""
         return faster_images(samples, index, rng)
 
 
@@ -87,7 +87,7 @@ class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
     def stretched(
         self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
     ) -> tuple[Floats, Indices]:
-        """Return two copies of every sample as other speeds would give them; see `faster_runs`."""
+        """Return two copies of every sample as at other speeds; see `faster_runs`."""
         return faster_runs(samples, index, rng)
 
 
