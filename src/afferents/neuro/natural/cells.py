@@ -86,10 +86,14 @@ def _leave_out_unrecorded(
     """Make gaps of the empty trials whose rate is NaN; refuse rates that contradict the times."""
     sizes = iter(trains.shape)
     levels = [[next(sizes) for _ in names] for names in cells.levels]
-    each = f"a number for each of {' x '.join(map(str, trains.shape))} trials"
-    what = f"{each} in '{cells.rates}', nested as '{cells.variable}'"
-    with reading(where, what, TypeError, ValueError, do=_OTHERWISE):
+    try:
         found = _numbers_in(rates, levels)
+    except (TypeError, ValueError):
+        expected = f"a number for each of {' x '.join(map(str, trains.shape))} trials"
+        raise InputError(
+            f"{where}: expected {expected} in '{cells.rates}', nested as '{cells.variable}', found "
+            f"others; {_OTHERWISE}"
+        ) from None
     for at in np.ndindex(trains.shape):
         n = 0 if trains[at] is None else len(trains[at])
         if (n > 0) != (found[at] > 0) and (n > 0 or cells.cut is None):  # all may be cut off
