@@ -45,7 +45,7 @@ class Skin:
     def distance(self) -> NDArray[np.floating]:
         """How far each marker stands from rest, (..., marker), px."""
         squared = (self.position - self.rest) ** 2
-        return np.sqrt(squared[..., 0] + squared[..., 1])
+        return np.asarray(np.sqrt(squared[..., 0] + squared[..., 1]))
 
     @cached_property
     def displacement(self) -> NDArray[np.floating]:
