@@ -4,10 +4,10 @@
     python scripts/make_results.py PART [PART ...] these alone; `list` names them
 
 A part takes an hour at most on two cores (`images-paper` some 80 minutes; `vibration-paper` some
-110, by its first folds). It leaves what it found in `docs/results/rig/PART.json` (with commit, day,
-machine and commands) and commits that file. A part whose file is there is not run again; one that
-was stopped goes on where it was, since `evaluate` does. Sessions, stores and results lie in
-`out/results`, what the commands print in `out/results/log.txt`.
+two hours). It leaves what it found in `docs/results/rig/PART.json` (with commit, day, machine and
+commands) and commits that file. A part whose file is there is not run again; one that was stopped
+goes on where it was, since `evaluate` does. Sessions, stores and results lie in `out/results`, what
+the commands print in `out/results/log.txt`.
 
 All parts must be of one rig and one way of training: the first writes down which sources it used,
 and the others refuse to run with other sources. A table names the commits, days and machines of
