@@ -22,7 +22,7 @@ from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.session import RUN, require_same_rates
-from afferents.recordings.audio import reading_sound
+from afferents.recordings.audio import reading_sound, sound_name
 from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
@@ -242,7 +242,7 @@ def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> Non
 def _sound_info(audio: Path) -> Any:
     """Return what the header of a sound file says."""
     with reading_sound(audio):
-        return soundfile.info(str(audio))
+        return soundfile.info(sound_name(audio))
 
 
 def _sound_start_s(files: ImportedFiles) -> float:
@@ -276,7 +276,7 @@ def _write_sound(files: ImportedFiles, target: Path) -> float:
     # read as int16, floats of -1 to 1 would all become 0
     kind = "float64" if _sound_info(files.audio).subtype in ("FLOAT", "DOUBLE") else "int16"
     with reading_sound(files.audio):
-        samples, rate_hz = soundfile.read(str(files.audio), dtype=kind, always_2d=True)
+        samples, rate_hz = soundfile.read(sound_name(files.audio), dtype=kind, always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
     soundfile.write(target, padded, rate_hz, "PCM_16", format="WAV")

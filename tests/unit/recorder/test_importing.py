@@ -1,6 +1,8 @@
 """Recordings made elsewhere: their frames stay, their own times count."""
 
 import json
+import os
+import sys
 
 import numpy as np
 import pandas as pd
@@ -51,6 +53,14 @@ def test_sound_that_begins_late_stays_as_loud_as_it_was(files, tmp_path, subtype
     written, _ = soundfile.read(tmp_path / "S/4/40/audio.wav")
     np.testing.assert_allclose(written[1600:], heard, atol=1e-4)
     assert not written[:1600].any()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_the_name_of_the_sound_need_not_be_text(files, tmp_path):
+    video, audio, times, time_s = files
+    named = audio.rename(tmp_path / os.fsdecode(b"\xff.wav"))
+    afferents.import_recording(video, named, times, tmp_path / "S", "4", 40, time_s[0] + 0.2)
+    assert (tmp_path / "S/4/40/audio.wav").exists()
 
 
 def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
