@@ -49,7 +49,7 @@ from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
 from afferents.outputs import require_free
 from afferents.plugins import reference_of
-from afferents.progress import Progress
+from afferents.progress import Mark, Progress
 from afferents.recordings.data_set import Data
 from afferents.store.responses import named_by_spacing
 from afferents.store.trimming import require_within, steady_in, with_steady
@@ -126,7 +126,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     samples = options.by.labelled(samples, recordings)
     fold = all_but_the_middle(samples, options.by)
     with progress.task("training", 1) as mark:
-        deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
+        deployed, learnt = trained_on(training, Part(samples, fold, source.encoding), mark)
         mark(1)
     own = own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
@@ -185,12 +185,12 @@ def _require_deployable(model: Model) -> None:
         )
 
 
-def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
+def trained_on(training: Training, part: Part, mark: Mark) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
     recipe = recipe_of(training.model, part.encoding)
     config = training.options.training(recipe)
-    network, learnt = fit_once(training.model, part, config, training.seed)
+    network, learnt = fit_once(training.model, part, config, training.seed, mark)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 
 

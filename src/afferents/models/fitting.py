@@ -7,7 +7,7 @@ stage next to nothing. Not the published recipe.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, cast
@@ -60,7 +60,11 @@ class _Head(nn.Module):
 
 
 def train_in_stages(
-    model: CnnLstm, learnt: LearningSet, config: TrainingConfig, seed: int
+    model: CnnLstm,
+    learnt: LearningSet,
+    config: TrainingConfig,
+    seed: int,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> TrainedModel:
     """Train a CNN-LSTM in place, its image stack from single frames first.
 
@@ -70,7 +74,7 @@ def train_in_stages(
 
     Parameters
     ----------
-    model, learnt, config, seed
+    model, learnt, config, seed, progress
         As for `train`; values are (n_runs, frame, row, column) and not scaled.
     """
     start = time.perf_counter()
@@ -88,7 +92,7 @@ def train_in_stages(
     stage = config.of_images()
     if stage.dropout == "light":  # what suits a spatial network suits a stack that goes on less
         stage = stage.model_copy(update={"dropout": model.light_dropout})
-    of_images = train(spatial, frames, stage, seed)
+    of_images = train(spatial, frames, stage, seed, lambda share: progress(share / 2))
     model.image.load_state_dict(spatial.image.state_dict())
     used = np.concatenate([learnt.train, learnt.validation])
     features = _features(model.image, values, used, config)
@@ -99,7 +103,7 @@ def train_in_stages(
         np.arange(n_train),
         np.arange(n_train, len(used)),
     )
-    trained = train(_Head(model), after, config, seed)
+    trained = train(_Head(model), after, config, seed, lambda share: progress((1 + share) / 2))
     return replace(
         trained,
         model=model,
@@ -344,16 +348,19 @@ def learns_in_a_loop(model: Model) -> bool:
 
 
 def fit_once(
-    model: Model, part: Part, config: TrainingConfig, seed: int
+    model: Model, part: Part, config: TrainingConfig, seed: int, progress: Callable[[float], None]
 ) -> tuple[Classifier, LearningSet]:
-    """Learn from a fold's training samples; return the classifier and what it learnt from."""
+    """Learn from a fold's training samples; return the classifier and what it learnt from.
+
+    `progress` is told which share of a network's training is done.
+    """
     if learns_in_a_loop(model):
         rng, nested = np.random.default_rng(seed), PROTOCOLS["nested"]
         learnt = learning_set(
             part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
         )
         network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
-        fit_network(network, learnt, config, seed)
+        fit_network(network, learnt, config, seed, progress)
         return network, learnt
     part = part.seen()
     solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
@@ -375,7 +382,7 @@ def _fit_network(task: Fitting, part: Part) -> Fitted:
     if len(task.parts) == 1:  # parts in a row are scaled already, each by what it learnt from
         task.check(0, learnt.scaled_on)
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
-    trained = fit_network(network, learnt, config, seed, task.checkpoint)
+    trained = fit_network(network, learnt, config, seed, checkpoint=task.checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
 
     def ask(index: Indices) -> NDArray[np.float32]:
@@ -399,9 +406,10 @@ def fit_network(
     learnt: LearningSet,
     config: TrainingConfig,
     seed: int,
+    progress: Callable[[float], None] = lambda _: None,
     checkpoint: Checkpoint | None = None,
 ) -> TrainedModel:
     """Train a network in place, in stages where the recipe says so and the network has stages."""
     if config.image_epochs and isinstance(network, CnnLstm):
-        return train_in_stages(network, learnt, config, seed)
-    return train(network, learnt, config, seed, checkpoint=checkpoint)
+        return train_in_stages(network, learnt, config, seed, progress)
+    return train(network, learnt, config, seed, progress, checkpoint)

@@ -346,7 +346,7 @@ def train(
     learnt: LearningSet,
     config: TrainingConfig,
     seed: int,
-    progress: Callable[[Epoch], None] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
     checkpoint: Checkpoint | None = None,
 ) -> TrainedModel:
     """Train a network in place until its validation accuracy no longer rises.
@@ -371,7 +371,7 @@ def train(
     seed
         Of the order of the samples and of dropout.
     progress
-        Called after every epoch.
+        Told after every epoch which share of them is done, if none stops it before.
     checkpoint
         Where checkpoints are written now and then, and read from; None for nowhere.
 
@@ -406,8 +406,7 @@ def train(
         left = epochs[len(history.epochs) :]
         for epoch in _epochs(learner, data, training, validation, config, left):
             history.add(epoch, model)
-            if progress:
-                progress(epoch)
+            progress(len(history.epochs) / len(epochs))
             if history.is_over(config.patience):
                 break
             if checkpoint:

@@ -15,8 +15,8 @@ class StoppedHereError(Exception):
 
 
 def stop_after(n):
-    def progress(epoch):
-        if epoch.number == n:
+    def progress(share):
+        if round(6 * share) == n:
             raise StoppedHereError
 
     return progress
@@ -45,7 +45,12 @@ def test_who_is_stopped_ends_where_others_end(
             train(build(encoding, 3, shape, 1), learnt, config, 5, stop_after(stop), checkpoint)
     seen = []
     again = train(
-        build(encoding, 3, shape, 1), learnt, config, 5, lambda e: seen.append(e.number), checkpoint
+        build(encoding, 3, shape, 1),
+        learnt,
+        config,
+        5,
+        lambda share: seen.append(round(6 * share)),
+        checkpoint,
     )
     # To the last bit: a checkpoint holds all bits, and the same steps follow in the same thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
@@ -66,7 +71,7 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
 
     def first_epoch():
         seen = []
-        see = lambda e: seen.append(e.number)  # noqa: E731
+        see = lambda share: seen.append(round(6 * share))  # noqa: E731
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 1, see, checkpoint)
         return seen[0]
 

@@ -14,14 +14,24 @@ from afferents.models.loop import predict
 from afferents.models.model import Model
 
 
-def staged(make_problem, config, seed=0, epochs=20):
+def staged(make_problem, config, seed=0, epochs=20, progress=lambda _: None):
     problem = make_problem((4, 8, 8))
     model = build("cnn-lstm", 3, (4, 8, 8))
     stages = {"batch_size": 16, "max_epochs": epochs, "patience": 19, "image_epochs": 6}
     trained = train_in_stages(
-        model, LearningSet(*problem), config.model_copy(update={**stages, "frames_a_run": 2}), seed
+        model,
+        LearningSet(*problem),
+        config.model_copy(update={**stages, "frames_a_run": 2}),
+        seed,
+        progress,
     )
     return problem, model, trained
+
+
+def test_what_share_is_done_is_told_of_both_stages(make_problem, config):
+    told = []
+    staged(make_problem, config, epochs=4, progress=told.append)
+    np.testing.assert_allclose(told, [*np.arange(1, 7) / 12, 0.625, 0.75, 0.875, 1.0])
 
 
 def test_it_learns_and_leaves_one_whole_network(make_problem, config):
