@@ -82,7 +82,9 @@ def test_next_redo_and_stop(launch, tmp_path):
     said = json.loads((tmp_path / "S/session.json").read_text())
     assert list(said["runs"]) in (["0/60"], ["4/60"])
     aside = (tmp_path / "S/.aside").glob("*/*/why.json")
-    assert sorted(json.loads(path.read_text())["why"] for path in aside) == [
+    why = [json.loads(path.read_text())["why"] for path in aside]
+    # On a busy machine runs lose frames and are repeated as well.
+    assert sorted(one for one in why if not one.startswith("frames: ")) == [
         "accepted, and another was recorded in its place", "somebody asked for it once more",
     ]  # fmt: skip
 
