@@ -13,7 +13,7 @@ from afferents.models.classifiers import build
 from afferents.models.hardware import autocast, choose_device, has_bfloat16
 from afferents.models.layers import batch_norm_units, l2_penalty
 from afferents.models.learning_set import LearningSet, split
-from afferents.models.loop import Epoch, Learner, WarmUp, predict, train
+from afferents.models.loop import Learner, WarmUp, predict, train
 
 EPS = float(np.finfo(np.float32).eps)
 ROUNDING = 64 * EPS
@@ -104,15 +104,15 @@ def test_training_stops_after_patience_and_restores_the_best_epoch(
 ):
     model = Scripted(script)
     values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
-    seen: list[Epoch] = []
+    shares: list[float] = []
     learnt = LearningSet(values, labels, np.arange(30), np.arange(30, 40))
     config = config.model_copy(update={"patience": patience})
-    trained = train(model, learnt, config, 0, seen.append)
+    trained = train(model, learnt, config, 0, shares.append)
     assert trained.best_epoch == best
     assert int(model.epoch) == best, "the weights of the best epoch"
     assert [e.validation_accuracy for e in trained.history] == pytest.approx(script[:epochs])
-    assert tuple(seen) == trained.history
-    assert [e.number for e in seen] == list(range(1, epochs + 1))
+    assert [e.number for e in trained.history] == list(range(1, epochs + 1))
+    assert shares == pytest.approx([number / 6 for number in range(1, epochs + 1)])
     assert trained.passes == 30 * epochs
 
 
