@@ -6,7 +6,8 @@ spectrum is therefore one curve that speed moves as a whole; divided by the spee
 
 With several channels their cross-spectra tell more. A pattern that slides past two taxels d mm
 apart shifts their phases by 2 pi k d, whatever the speed: so phases tell k, and with the frequency
-the speed itself.
+the speed itself. Which of two phases is ahead tells the way of the slide instead: the other way
+the slide is, as far as the skin allows, played backwards. So signs of phases are left out.
 """
 
 import math
@@ -39,8 +40,9 @@ class OrderEncoding(WindowEncoding):
     """The power of a window over the logarithm of frequency is a sample (feature, frequency).
 
     For every channel the natural logarithm of its power, then, with several channels, twice the
-    real and the imaginary part of every channel's coherency with the mean of all, each averaged
-    over a band round the frequency. The frequencies are geometric, Hz.
+    real part, and twice the size of the imaginary part, of every channel's coherency with the mean
+    of all, each averaged over a band round the frequency. A recording played backwards has the same
+    features. The frequencies are geometric, Hz.
 
     Attributes
     ----------
@@ -155,7 +157,7 @@ def _features(
     mean = spectrum.mean(axis=0, keepdims=True)
     cross = _means(spectrum * np.conj(mean), bands)
     coherency = cross / np.sqrt(power * _means(np.abs(mean) ** 2 + _LEAST_POWER, bands))
-    return np.concatenate([np.log(power), 2 * coherency.real, 2 * coherency.imag])
+    return np.concatenate([np.log(power), 2 * coherency.real, 2 * np.abs(coherency.imag)])
 
 
 def _bands(
