@@ -46,10 +46,11 @@ class Gram:
 
     def add(self, x: Tensor, y: Tensor, weight: Tensor) -> None:
         """Add samples (n, feature), their targets (n, target) and weights (n,)."""
-        x = torch.cat([x.double(), torch.ones(len(x), 1, dtype=torch.float64)], 1)
-        weighted = x * weight.double()[:, None]
-        self._xx += weighted.T @ x
-        self._xy += weighted.T @ y.double()
+        root = weight.double().sqrt()[:, None]
+        x = torch.cat([x.double(), torch.ones(len(x), 1, dtype=torch.float64)], 1) * root
+        rows = x.numpy()
+        self._xx += torch.from_numpy(rows.T @ rows)  # half the work in NumPy, as it is symmetric
+        self._xy += x.T @ (root * y.double())
 
     def __sub__(self, other: "Gram") -> "Gram":
         """Return what is needed of these samples without those of another."""
