@@ -147,10 +147,17 @@ def _deaf_to_the_terminal() -> Iterator[None]:
 def _numbered(
     folder: Path, number: int, function: Callable[..., Result], *job: Any
 ) -> tuple[int, Result]:
-    """Do a job in the caller's folder, which may have changed since a process was started."""
+    """Do a job in one thread, in the caller's folder.
+
+    The folder may have changed since a process was started. With one worker this is the caller's
+    process, whose libraries have a thread a core, and sums over several are rounded otherwise.
+    """
+    from threadpoolctl import threadpool_limits  # needed where there is work alone
+
     if Path.cwd() != folder:
         os.chdir(folder)
-    return number, function(*job)
+    with threadpool_limits(1):
+        return number, function(*job)
 
 
 def _prepare(caller: int) -> None:
