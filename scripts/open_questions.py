@@ -182,10 +182,7 @@ def shown(each: Iterable[Interval]) -> str:
 
 
 def difference(more: Sequence[float], less: Sequence[float]) -> str:
-    """Return the mean of paired differences and its 95% interval, Student's t.
-
-    Pairs are of one session and one held-out speed: six of two sessions.
-    """
+    """Return the mean of paired differences and its 95% interval, Student's t."""
     gained = np.subtract(more, less)
     half = rig.half_width(gained.tolist())
     mean, low, high = (round(gained.mean() + way * half) for way in (0, -1, 1))
@@ -193,7 +190,7 @@ def difference(more: Sequence[float], less: Sequence[float]) -> str:
 
 
 def cells(parts: Sequence[Mapping[str, Any]], model: str) -> list[float]:
-    """Return a model's accuracies, percent: at each held-out speed of each session."""
+    """Return a model's accuracies, percent: at each held-out speed of each session (six of two)."""
     speeds = HELD_OUT[1].split(",")
     return [percent(part, model, [speed]) for part in parts for speed in speeds]
 
@@ -417,7 +414,7 @@ def _shear(number: int) -> None:
     if not (once and anew and same and printed):
         return
     rows = [
-        ["model", "mounted once", "mounted anew for each run", "same drums", "drums printed anew"]
+        ["model", "mounted once", "mounted anew for each run", "same drums", "printed anew", "lost"]
     ]
     names = list(next(iter(printed.values()))["models"])
     mounted = {
@@ -429,10 +426,12 @@ def _shear(number: int) -> None:
         "printed anew": [intervals(printed.values(), name) for name in names],
     }
     columns = (*mounted.values(), *on_prints.values())
-    rows += [
-        [f"`{name}`", *map(shown, of_model)]
-        for name, *of_model in zip(names, *columns, strict=True)
-    ]
+    for name, *of_model in zip(names, *columns, strict=True):
+        before, after = (
+            np.mean([_of_bumps(part, name) for part in parts.values()], axis=0)
+            for parts in (same, printed)
+        )
+        rows.append([f"`{name}`", *map(shown, of_model), difference(after, before)])
     figure, axes = plt.subplots(1, 2, figsize=(11, 3.4), layout="constrained")
     bars(axes[0], names, mounted)
     bars(axes[1], names, on_prints, textures=(12,))
@@ -440,10 +439,15 @@ def _shear(number: int) -> None:
     write(number, "Shear, pattern or vibration", {**once, **anew, **same, **printed}, rows)
 
 
-def _on_bumps(part: Mapping[str, Any], model: str) -> Interval:
-    """Return a model's accuracy on all drums but the smooth one, with its interval over these."""
+def _of_bumps(part: Mapping[str, Any], model: str) -> list[float]:
+    """Return a model's accuracy, percent, on each drum but the smooth one."""
     by = part["models"][model]["nested"]["by_texture"]
-    each = [100 * share for texture, share in by.items() if texture != "0"]
+    return [100 * share for texture, share in by.items() if texture != "0"]
+
+
+def _on_bumps(part: Mapping[str, Any], model: str) -> Interval:
+    """Return a model's accuracy on these drums, with its interval over them."""
+    each = _of_bumps(part, model)
     mean, half = float(np.mean(each)), rig.half_width(each)
     return mean, max(0, mean - half), min(100, mean + half)
 
