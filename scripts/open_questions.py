@@ -414,7 +414,14 @@ def _shear(number: int) -> None:
     if not (once and anew and same and printed):
         return
     rows = [
-        ["model", "mounted once", "mounted anew for each run", "same drums", "printed anew", "lost"]
+        [
+            "model",
+            "mounted once",
+            "mounted anew for each run",
+            "same drums",
+            "printed anew",
+            "difference",
+        ]
     ]
     names = list(next(iter(printed.values()))["models"])
     mounted = {
@@ -428,7 +435,7 @@ def _shear(number: int) -> None:
     columns = (*mounted.values(), *on_prints.values())
     for name, *of_model in zip(names, *columns, strict=True):
         before, after = (
-            np.mean([_of_bumps(part, name) for part in parts.values()], axis=0)
+            np.mean([_by_drum(part, name) for part in parts.values()], axis=0)
             for parts in (same, printed)
         )
         rows.append([f"`{name}`", *map(shown, of_model), difference(after, before)])
@@ -439,15 +446,15 @@ def _shear(number: int) -> None:
     write(number, "Shear, pattern or vibration", {**once, **anew, **same, **printed}, rows)
 
 
-def _of_bumps(part: Mapping[str, Any], model: str) -> list[float]:
+def _by_drum(part: Mapping[str, Any], model: str) -> list[float]:
     """Return a model's accuracy, percent, on each drum but the smooth one."""
     by = part["models"][model]["nested"]["by_texture"]
     return [100 * share for texture, share in by.items() if texture != "0"]
 
 
 def _on_bumps(part: Mapping[str, Any], model: str) -> Interval:
-    """Return a model's accuracy on these drums, with its interval over them."""
-    each = _of_bumps(part, model)
+    """Return a model's accuracy on drums with bumps, with its interval over them."""
+    each = _by_drum(part, model)
     mean, half = float(np.mean(each)), rig.half_width(each)
     return mean, max(0, mean - half), min(100, mean + half)
 
