@@ -8,7 +8,8 @@
 //   speed 50.0       -> speed 50.00000       mm/s of the drum's surface, held by the loop below
 //   duty 0.25        -> duty 0.25000         -1 to 1, for a loop on the computer
 //   stop             -> stop
-//   state            -> state POSITION SPEED FAULT     mm, mm/s, and ok, stalled or watchdog
+//   state            -> state POSITION SPEED FAULT     mm, mm/s, and ok, stalled or watchdog;
+//                       with an index pulse, POSITION is nan until the first one
 //
 // The drum stops when nothing is heard for WATCHDOG_MS. Wire an emergency stop into the motor's
 // power as well: no program is a substitute for one.
@@ -124,7 +125,8 @@ void sayValue(const char *verb, float value) {
 
 void sayState() {
   char position[24], now[24], text[64];
-  dtostrf((countsNow() - zero) * MM_PER_COUNT, 1, 4, position);
+  if (INDEX_PIN < 0 || indexed) dtostrf((countsNow() - zero) * MM_PER_COUNT, 1, 4, position);
+  else strcpy(position, "nan");  // counted from power-on, which says nothing of the angle
   dtostrf(speed, 1, 3, now);
   snprintf(text, sizeof text, "state %s %s %s", position, now, fault);
   say(text);

@@ -23,7 +23,7 @@ from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.session import RUN, require_same_rates
 from afferents.recordings.audio import reading_sound, sound_name
-from afferents.recordings.layouts import AUDIO, VIDEO
+from afferents.recordings.layouts import AUDIO, VIDEO, recording_folders
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
@@ -217,22 +217,26 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
     holds = reading(video, "a video that mp4 can hold", av.FFmpegError)
     with holds, av.open(f"file:{video}") as source:
         packets = [packet for packet in source.demux(video=0) if packet.size]
-        _require_frames(video, packets, len(time_s))
+        stream = source.streams.video[0]
+        _require_frames(video, packets, len(time_s), bool(stream.codec_context.has_b_frames))
         with av.open(f"file:{target}", "w", format="mp4", options=CONTAINER) as out:
-            stream = out.add_stream_from_template(source.streams.video[0])
-            stream.time_base = TIME_BASE
+            copied = out.add_stream_from_template(stream)
+            copied.time_base = TIME_BASE
             for packet, at_s in zip(packets, time_s, strict=True):
-                packet.stream, packet.time_base = stream, TIME_BASE
+                packet.stream, packet.time_base = copied, TIME_BASE
                 packet.pts = packet.dts = round(at_s * TICKS_HZ)
                 packet.duration = 0
                 out.mux(packet)
 
 
-def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> None:
+def _require_frames(
+    video: Path, packets: "list[av.Packet[Any]]", n: int, has_b_frames: bool
+) -> None:
     if len(packets) != n:
         raise InputError(f"{video}: expected {n} frames, as there are times, found {len(packets)}")
     shown = [packet.pts for packet in packets if packet.pts is not None]
-    if shown != sorted(shown):
+    # Of an AVI, which keeps none, times are made up in the order of decoding.
+    if has_b_frames or shown != sorted(shown):
         raise InputError(
             f"{video}: expected frames in the order in which they are shown, found B-frames; "
             f"encode it again: ffmpeg -i {video.name} -c:v libx264 -qp 0 -bf 0 OUT.mp4"
@@ -255,7 +259,7 @@ def _require_overlap(files: ImportedFiles) -> None:
         return
     seconds = _sound_info(files.audio).duration
     start_s, (first_s, last_s) = _sound_start_s(files), files.time_s[[0, -1]]
-    if start_s + seconds < first_s or start_s > last_s:
+    if not (start_s <= last_s and start_s + seconds >= first_s):
         found = f"{start_s:.3f} to {start_s + seconds:.3f} s; is --audio-start on their clock?"
         expected = f"sound while there are frames, {first_s:.3f} to {last_s:.3f} s"
         raise InputError(f"{files.where}: expected {expected}, found {found}")
@@ -322,13 +326,13 @@ def _read_earlier(
 
 def _note(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]) -> None:
     """Write `session.json`: what is not there of the grid are holes."""
-    # Repetitions lie one deeper; what was put aside, below a dot.
-    folders = ("[!.]*/*", "[!.]*/*/*")
+    names = {folder: folder.relative_to(session) for folder in recording_folders(session)}
     runs = {
-        path.parent.relative_to(session).as_posix(): read_json(path, "a run")["checksums"]
-        for path in sorted(path for folder in folders for path in session.glob(f"{folder}/{RUN}"))
+        name.as_posix(): read_json(folder / RUN, "a run")["checksums"]
+        for folder, name in sorted(names.items())
+        if (folder / RUN).is_file()  # of those that were recorded or imported here
     }
-    there = {(texture, float(speed)) for texture, speed, *_ in (name.split("/") for name in runs)}
+    there = {(name.parts[0], float(name.parts[1])) for name in names.values()}
     grid = {(texture, speed) for texture, _ in there for _, speed in there}
     grid |= {(str(texture), float(speed)) for texture, speed in earlier.get("holes", ())}
     content = {

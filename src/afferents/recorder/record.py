@@ -4,8 +4,8 @@ import math
 import sys
 import threading
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from afferents.errors import AfferentsError, InputError, then
@@ -123,6 +123,11 @@ def ask_in_terminal(sentence: str) -> None:
     InputError
         If nobody is there to press it.
     """
+    with suppress(ImportError):  # Windows has none
+        import termios
+
+        if sys.stdin.isatty():  # what was typed before answers nothing
+            termios.tcflush(sys.stdin, termios.TCIFLUSH)
     show_in_terminal(sentence)
     line = sys.stdin.readline()
     if line.strip() == _ONCE_MORE:
@@ -253,7 +258,7 @@ class Recorder:
         ):
             n_done = len(kept.finished - {entry.name for entry in todo})
             self.watch.opened(self.devices, self.plan, session, n_done, n_done + len(todo))
-            self._prepare(todo[0], 0)
+            self._prepare_first(todo[0])
             checks = preflight(self.devices, self.plan, self.sensor, session, len(todo))
             self._outcome.preflight = checks
             self._require_ready(checks)
@@ -278,6 +283,14 @@ class Recorder:
         self._progress.note(line)
         self.watch.note(line)
 
+    def _prepare_first(self, entry: Entry) -> None:
+        """Prepare the preflight, as often as somebody wants a run once more: there is none yet."""
+        while True:
+            try:
+                return self._prepare(entry, 0)
+            except OnceMoreError as error:
+                self._note(str(error))
+
     def _prepare(self, entry: Entry, attempt: int) -> None:
         self.watch.prepare(entry, attempt)
         self.mount(entry, attempt)
@@ -289,6 +302,7 @@ class Recorder:
         if self.bench is not None:
             self.bench.mount(entry, 0)
         if ask is not None and entry.texture != self._texture:
+            self._texture = ""  # whoever wants the last run once more may hold its drum in a hand
             ask(f"change the drum to {entry.texture}, then press enter")
             self._texture = entry.texture
         takes_any_speed = math.isinf(self.devices.drive.limits.highest_mm_s)  # it is no motor
@@ -308,6 +322,7 @@ class Recorder:
             while not self._record_run(entry):
                 if last is not None:
                     self.watch.taken_back()
+                    self._kept.open()  # its drum may have been taken off
                     self._record_run(last)
             last = entry if entry.name not in self._outcome.kept_aside else last
 
@@ -367,8 +382,9 @@ class Recorder:
                 ) from error
             if not isinstance(error, RedoAskedError):  # else the drum's positions count on
                 self.watch.lost(str(error))
-                devices.reopen(self.watch.heed, self._note)
+                self._reopen()
                 kept.open()
+                kept.begin(devices)
             return str(error)
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")
@@ -382,10 +398,19 @@ class Recorder:
             self._put_aside(folder, entry, why, checks)
             return why
         more = describe_sound_times(log, devices.sound, taps)
+        more["camera"] = asdict(devices.camera.settings)
         earlier = kept.accept(folder, entry, checks, counts, more)
         if earlier is not None:
             self._outcome.attempts_aside.append((str(earlier), AGAIN))
         return ""
+
+    def _reopen(self) -> None:
+        """Open the devices again, and say what of the camera is not set as it was."""
+        before = self.devices.camera.settings.controls
+        self.devices.reopen(self.watch.heed, self._note)
+        now = self.devices.camera.settings.controls
+        if other := [f"{name} {now[name]:g}" for name in now if now[name] != before.get(name)]:
+            self._note(f"the camera came back with {', '.join(other)}; [camera] may set these")
 
     def _put_aside(
         self, folder: Path, entry: Entry, why: str, checks: Sequence[Check] = ()

@@ -50,10 +50,11 @@ def published(root: Path, declared: SessionFile) -> list[Recording]:
     InputError
         If a folder is not named by a speed, or holds two videos or recordings within a recording.
     """
-    return [_recording(root, folder, declared) for folder in _conditions(root)]
+    return [_recording(root, folder, declared) for folder in recording_folders(root)]
 
 
-def _conditions(root: Path) -> Iterator[Path]:
+def recording_folders(root: Path) -> Iterator[Path]:
+    """Yield the folders of recordings in the published layout, of whatever names."""
     for texture in _folders(root):
         if texture.name in NOT_TEXTURES:
             continue

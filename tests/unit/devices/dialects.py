@@ -49,7 +49,7 @@ class ODrive(Slack):
 
 
 class SimpleFoc(Slack):
-    """Commander, talkative until it is told not to be; no watchdog."""
+    """Commander, which says what a number is unless it is told not to; no watchdog."""
 
     checksum = "none"
 
@@ -61,9 +61,9 @@ class SimpleFoc(Slack):
     def answer(self, text):
         drum, rad = self.drum, MM_A_TURN / math.tau
         label = "Monitor | vel: " if self.chatty else ""
-        if text == "@1":
-            self.chatty = False
-            return "on!"
+        if text in ("@1", "@2"):
+            self.chatty = text == "@2"
+            return "Verb:on!" if self.chatty else "on!"
         if text == "MMG6":
             return f"{label.replace('vel', 'angle')}{drum.position_mm / rad:.5f}"
         if text == "MMG5":
@@ -77,6 +77,7 @@ class SimpleFoc(Slack):
             return text[-1]
         if text.startswith("M") and self.on and self.mode == "velocity":
             drum.aim_mm_s = float(text[1:]) * rad
+            return ("Target: " if self.chatty else "") + f"{float(text[1:]):.5f}"
         return None
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import sys
 
+import av
 import numpy as np
 import pandas as pd
 import pytest
@@ -79,6 +80,35 @@ def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
     assert said["checksums"]["4/40/1"] == sums["4/40/1"]
     assert [*said["checksums"]] == ["4/40/1", "0/40"]
     assert said["holes"] == [["4", 60.0]]
+
+
+def test_recordings_that_were_there_before_make_holes_too(files, tmp_path, make_video):
+    video, audio, times, _ = files
+    session = tmp_path / "S"
+    afferents.import_recording(video, audio, times, session, "4", 40)
+    (session / "4/40/run.json").unlink()  # as of sessions that were recorded elsewhere
+    afferents.import_recording(video, audio, times, session, "2", 60)
+    assert len(afferents.read_session(session).recordings) == 2
+
+
+def test_b_frames_in_an_avi_are_refused(files, tmp_path):
+    _, audio, times, _ = files
+    video = tmp_path / "b.avi"
+    with av.open(f"{video}", "w") as out:
+        stream = out.add_stream("libx264", rate=90, options={"bf": "2", "b_strategy": "0"})
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for n in range(N):
+            grey = np.full((48, 64, 3), 4 * n, np.uint8)
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(grey)))
+        out.mux(stream.encode())
+    with pytest.raises(InputError, match="found B-frames"):
+        afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40)
+
+
+def test_a_sound_of_no_time_is_refused(files, tmp_path):
+    video, audio, times, _ = files
+    with pytest.raises(InputError, match="sound while there are frames"):
+        afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40, float("nan"))
 
 
 def test_a_second_one_joins_the_session(files, tmp_path):

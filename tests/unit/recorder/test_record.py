@@ -1,6 +1,7 @@
 """A plan recorded on simulated devices whose camera sees the rig's film, faults and all."""
 
 import json
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +20,10 @@ from afferents.progress import Progress
 from afferents.recorder.devices import Devices, open_devices
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Recorder
+from afferents.recorder.record import Recorder, ask_in_terminal
 from afferents.recorder.rehearsal import Bench, SimulatedCamera, simulate_devices
 from afferents.recorder.session import RecordedSession
-from afferents.recorder.watch import Watch
+from afferents.recorder.watch import OnceMoreError, Watch
 from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
@@ -265,6 +266,68 @@ def test_an_unplugged_device_is_waited_for(begin, tmp_path, monkeypatch):
         recorder.devices.reopen(lambda: None, str)
     with pytest.raises(KeyboardInterrupt):
         recorder.devices.reopen(interrupt, str)
+
+
+def test_a_camera_that_comes_back_otherwise_is_said_or_refused(begin, tmp_path, monkeypatch):
+    opened = SimulatedCamera.open
+    settings = {"controls": {"exposure_ms": 8.0}}
+
+    def open_otherwise(camera):
+        opened(camera)
+        camera.settings = replace(camera.settings, **settings)
+        settings["controls"] = {"exposure_ms": 33.0}
+
+    monkeypatch.setattr(SimulatedCamera, "open", open_otherwise)
+    recorder = begin(redo=1, camera="unplugged_at = 90")
+    assert made(recorder, tmp_path / "S").recorded == [RUN]
+    notes = recorder.watch.state()["notes"]
+    assert "the camera came back with exposure_ms 33; [camera] may set these" in notes
+    about = json.loads((tmp_path / "S" / RUN / "run.json").read_text())
+    assert about["camera"]["controls"] == {"exposure_ms": 33.0}
+    recorder = begin(redo=1, camera="unplugged_at = 90")
+    settings["fps_hz"] = 90.0
+
+    def half_as_fast(camera):
+        open_otherwise(camera)
+        settings["fps_hz"] = 45.0
+
+    monkeypatch.setattr(SimulatedCamera, "open", half_as_fast)
+    with pytest.raises(InputError, match="expected fps_hz 90, .* found 45"):
+        made(recorder, tmp_path / "S", again=[RUN])
+
+
+def test_who_wants_the_last_run_once_more_is_asked_for_its_drum_again(bench, tmp_path):
+    path = tmp_path / "PLAN.toml"
+    text = PLAN.format(redo=0, camera="", microphone="", drive="")
+    path.write_text(text.replace('["4"]', '["4", "2"]').replace('"mark"', '"start"'))
+    plan, asked = read_plan(path), []
+    first, second = (entry.texture for entry in plan.entries())
+
+    def ask(sentence):
+        asked.append(sentence.split(",")[0].removeprefix("change the drum to "))
+        if len(asked) in (1, 3):  # at the first there is none yet
+            raise OnceMoreError
+
+    devices = simulate_devices(plan, path, bench)
+    recorder = Recorder(plan, path, load_sensor("tip_b"), devices, ask, bench)
+    assert len(made(recorder, tmp_path / "S").recorded) == 2
+    assert asked == [first, first, second, first, second]
+    folders = [f"{first}/60", f"{second}/60"]
+    zeros = {logged_path(tmp_path / "S" / name).drum.zero.rpartition(" ")[0] for name in folders}
+    (aside,) = (tmp_path / "S/.aside" / folders[0].replace("/", "~")).iterdir()
+    zeros.add(logged_path(aside).drum.zero.rpartition(" ")[0])
+    assert len(zeros) == 2  # before the drum was taken off, and after
+
+
+def test_what_was_typed_during_a_run_answers_nothing(monkeypatch):
+    pty = pytest.importorskip("pty", reason="no pseudo-terminals here")
+    master, slave = pty.openpty()
+    monkeypatch.setattr("sys.stdin", os.fdopen(slave))
+    os.write(master, b"r\n")
+    shown = "afferents.recorder.record.show_in_terminal"
+    monkeypatch.setattr(shown, lambda _: os.write(master, b"\n"))
+    ask_in_terminal("change the drum to 4")  # raises OnceMoreError where the r was taken
+    os.close(master)
 
 
 def interrupt():

@@ -79,6 +79,7 @@ class DynamixelDrive(Drive):
         sign = -1 if options.reversed else 1
         self._mm_a_turn = sign * math.pi * options.diameter_mm / options.gear
         self._port: Any = None
+        self._asked_s = 0.0
         self._speaking = threading.RLock()  # read in one thread, stopped from another
 
     def open(self) -> None:
@@ -127,9 +128,8 @@ class DynamixelDrive(Drive):
 
     def read(self) -> DriveState:
         """Return its state; hearing of it keeps its watchdog quiet."""
-        before_s = time.monotonic()
         state = self._state()
-        time_s = (before_s + time.monotonic()) / 2
+        time_s = (self._asked_s + time.monotonic()) / 2
         counts = int.from_bytes(state[-4:], "little", signed=True)
         position_mm = counts / TURN * self._mm_a_turn
         said = [text for bit, text in FAULTS.items() if state[0] & bit]
@@ -184,6 +184,7 @@ class DynamixelDrive(Drive):
                 if self._port is None:
                     raise self._lost("it is not open")
                 self._port.is_using = False  # as the SDK leaves it where a signal interrupts it
+                self._asked_s = time.monotonic()
                 try:
                     *read, result, error = getattr(self._packets, verb)(
                         self._port, self.options.number, address, value

@@ -71,7 +71,7 @@ class Line:
     def __init__(self, port: str, baud: int, checksum: str) -> None:
         """Open it."""
         serial: Any = import_extra("record", "a serial drive", "serial")
-        self.port, self._checksum = port, checksum
+        self.port, self._checksum, self.asked_s = port, checksum, 0.0
         self._broken = (serial.SerialException, OSError)
         try:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
@@ -101,7 +101,7 @@ class Line:
             raise self._lost(reason_of(error).lower()) from error
 
     def ask(self, text: str, pattern: re.Pattern[str], tries: int = TRIES) -> "re.Match[str]":
-        """Send a line until its answer comes whole.
+        """Send a line until its answer comes whole; `asked_s` is when it was sent last.
 
         Raises
         ------
@@ -113,6 +113,7 @@ class Line:
                 self._serial.reset_input_buffer()
             except Exception as error:  # termios.error is no OSError
                 raise self._lost(reason_of(error).lower()) from error
+            self.asked_s = time.monotonic()
             self.tell(text)
             found = self._answer(pattern, time.monotonic() + ANSWER_S)
             if found is not None:

@@ -205,10 +205,9 @@ class SerialDrive(Drive):
                     line.tell(text.replace("{value}", self._value))
             found: dict[str, str] = {}
             for question in self.template.read:
-                before_s = time.monotonic()
                 groups = line.ask(question.send, question.reply).groupdict()
                 if "position" in groups:
-                    time_s = (before_s + time.monotonic()) / 2
+                    time_s = (line.asked_s + time.monotonic()) / 2
                 found |= groups
             state = self._interpret(found, time_s)
             if self._loop and self._turning and state.fault is None:
