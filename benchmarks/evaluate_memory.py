@@ -23,7 +23,7 @@ import xarray as xr
 from afferents.models.model import TABLE1
 from afferents.store.recording import Recording
 from afferents.store.responses import label
-from afferents.store.zarr_store import create_store, has_responses, write_responses
+from afferents.store.zarr_store import create_store, is_whole, write_responses
 
 TEXTURES, SPEEDS = [f"{x / 2:g}" for x in range(13)], range(10, 101, 10)
 FRAMES, MARKERS, FPS_HZ, RATE_HZ = 5000, 361, 90.0, 44100
@@ -62,7 +62,7 @@ def write_store(store: Path) -> None:
     for i, texture in enumerate(TEXTURES):
         for speed in SPEEDS:
             name = f"{texture}/{speed}"
-            if not has_responses(store, name, f"random {name}"):
+            if not is_whole(store, name):
                 rng = np.random.default_rng([i, speed])
                 write_responses(store, random_responses(texture, speed, rng))
 

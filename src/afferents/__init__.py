@@ -10,7 +10,7 @@ The way of the data, in the paper's order::
     tracks.sa1, tracks.ra1                                  # SA-I, Eq. 1, and RA-I, Eq. 2
     vibration = afferents.ra2(recording.audio.read())       # RA-II
 
-Every command of the shell is a function of the same name::
+Most commands of the shell are functions of the same name::
 
     afferents.extract("SESSION", "S.zarr")                  # the same of all recordings, kept
     results = afferents.evaluate("S.zarr", out="RESULTS", models=["ra-se", "ra-wave-vector"])

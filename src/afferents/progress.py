@@ -137,7 +137,7 @@ class Progress:
 
     def note(self, text: str) -> None:
         """Print a line above the bars."""
-        self._bars.console.print(text, markup=False)
+        self._bars.console.print(text, markup=False, emoji=False)
 
     def track(self, items: Iterable[T], label: str, total: int) -> Iterator[T]:
         """Yield the items, a step of the bar each."""

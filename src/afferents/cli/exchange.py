@@ -110,7 +110,7 @@ def view(
     ] = None,
     save: Annotated[
         Path | None,
-        typer.Option(help="File (.rrd) to write for 'rerun FILE', not the viewer."),
+        typer.Option(help="New file (.rrd) to write for 'rerun FILE', not the viewer."),
     ] = None,
     as_json: Json = False,
 ) -> None:

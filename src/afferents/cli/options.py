@@ -270,8 +270,12 @@ def _configured(path: Path, what: str) -> Mapping[str, Any]:
     if path.suffix != ".json":
         return read_toml(path, what)
     content = read_json(path, what)
-    sources = [data["source"] for data in content.get("data", ())]
-    return {"data": sources, **content.get("options", {})} if sources else content
+    data = content.get("data")
+    given = data if isinstance(data, list) else []
+    sources = [one["source"] for one in given if isinstance(one, dict) and "source" in one]
+    if not sources or len(sources) < len(given):  # no results folder's
+        return content
+    return {"data": sources, **content.get("options", {})}
 
 
 def _read_set(ctx: typer.Context, pairs: list[str] | None) -> None:

@@ -20,6 +20,7 @@ from afferents.folds.held_out import text_of
 from afferents.models.card import Source
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
+from afferents.recordings.check import require_own_files
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.data_sets import data_set_of, source_of
 from afferents.store.integrity import DIGEST, sealed, values_digest
@@ -113,6 +114,7 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             fingerprint = hashlib.sha256(json.dumps([config, digests]).encode()).hexdigest()
         else:
             session = data_set.recordings()
+            require_own_files(session)
             responses, failed = _read(session, data_set.title, keep_going, progress)
             fingerprint = session.checksum
             if config:  # the same files may be read in another way

@@ -74,8 +74,8 @@ def export_mcap(
     Raises
     ------
     InputError
-        If there is no such session, store or recording, the package is missing, or `out` is there
-        already.
+        If there is no such session, store or recording, `percepts` holds no line with a time, the
+        package is missing, or `out` is there already.
 
     Examples
     --------
@@ -121,6 +121,8 @@ def _write(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: 
         bag.set_custom_data("afferents", json.dumps({"recording": name, "version": __version__}))
         topics: dict[str, Any] = {}
         for at_ns, topic, kind, data in heapq.merge(*messages, key=lambda message: message.at_ns):
+            if at_ns < 0:  # before the recording's zero, where a bag knows no time
+                continue
             if topic not in topics:
                 topics[topic] = bag.add_connection(topic, kind, typestore=types)
             bag.write(topics[topic], at_ns, data)
@@ -207,12 +209,16 @@ def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that ``live --json`` wrote, in order of time, and the time of each, ns."""
-    with reading(path, "lines that 'afferents live --json' wrote", OSError, ValueError, TypeError):
+    what = "lines that 'afferents live --json' wrote"
+    with reading(path, what, OSError, ValueError, TypeError):
         lines = path.read_text(encoding="utf-8").splitlines()
         said = [(json.loads(line), line) for line in lines if line.strip()]
-        return sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
+        timed = sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
+    if not timed:
+        raise InputError(f"{path}: expected {what}, found none with a time_s")
+    return timed
 
 
 def _ns(at_s: float) -> int:
-    """Return a time as whole ns; a time before the zero is 0, since bags know none."""
-    return max(0, round(float(at_s) * NS))
+    """Return a time as whole ns."""
+    return round(float(at_s) * NS)

@@ -65,8 +65,8 @@ def export_lerobot(
     """Write a store as a LeRobot data set (format 3.0): an episode a recording.
 
     Each frame of the camera holds the markers' displacement, SA-I, RA-I, the sound until the next
-    frame, when it was taken and the sliding speed; the task is to feel the texture. Nothing acts,
-    so there is no ``action``. LeRobot itself is not needed.
+    frame, when it was taken and the sliding speed, where it is known; the task is to feel the
+    texture. Nothing acts, so there is no ``action``. LeRobot itself is not needed.
 
     Parameters
     ----------
@@ -87,8 +87,9 @@ def export_lerobot(
     Raises
     ------
     InputError
-        If there is no store or half of one, it has no markers, sensors or frame rates differ, the
-        session is another one's, `out` is there already, or the extra `parquet` is not installed.
+        If there is no store or half of one, it has no markers, sensors or frame rates differ, only
+        some recordings have a speed, the session is another one's, `out` is there already, or the
+        extra `parquet` is not installed.
 
     Examples
     --------
@@ -225,8 +226,9 @@ def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
         SA1: _Feature(np.nan_to_num(responses[dims.SA1].values), markers),
         RA1: _Feature(np.nan_to_num(responses[dims.RA1].values), markers),
         TIME: _Feature(responses[dims.TIME].values[:, None], ["seconds"]),
-        STATE: _Feature(np.full((n, 1), speed_of(responses) or np.nan), ["speed_mm_s"]),
     }
+    if (speed := speed_of(responses)) is not None:
+        found[STATE] = _Feature(np.full((n, 1), speed), ["speed_mm_s"])
     if dims.RA2 in responses:
         sound = _sound(responses, fps)
         found[RA2] = _Feature(sound, [f"sample_{k:04d}" for k in range(sound.shape[1])])
@@ -386,15 +388,16 @@ def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
 
 
 def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
-    """Refuse sensors or sounds that differ: features have one shape."""
+    """Refuse sensors or sounds that differ, or speeds that some lack: features have one shape."""
     shapes = set()
     for one in recordings:
         sound = "no sound"
         if dims.RA2 in one:
             rate_hz = one[dims.RA2].attrs[dims.SAMPLE_RATE]
             sound = f"sound of {one.sizes[dims.CHANNEL]} channels at {rate_hz:g} Hz"
-        shapes.add(f"{one.sizes[dims.MARKER]} markers and {sound}")
+        speed = "no speed" if speed_of(one) is None else "a speed"
+        shapes.add(f"{one.sizes[dims.MARKER]} markers, {sound} and {speed}")
     if len(shapes) > 1:
-        expected = "as many markers, and sound of one rate and as many channels"
-        found = ", ".join(sorted(shapes))
+        expected = "as many markers, sound of one rate and as many channels, and a speed or none"
+        found = "; ".join(sorted(shapes))
         raise InputError(f"{store}: expected {expected}, in all recordings, found {found}")

@@ -33,7 +33,7 @@ def view(
     store
         Of a session: the store that was extracted from it, for markers and responses.
     save
-        File to write, which ``rerun FILE`` shows later; None to open the viewer.
+        New file to write, which ``rerun FILE`` shows later; None to open the viewer.
 
     Returns
     -------
@@ -43,13 +43,16 @@ def view(
     Raises
     ------
     InputError
-        If there is no such recording, or the package is missing.
+        If there is no such recording, `save` is there already, or the package is missing.
 
     Examples
     --------
     >>> view("responses.zarr", "4/60", save="touch.rrd")["sa1"]
     1800
     """
+    if save is not None:
+        save = Path(save)
+        require_free(save, "a recording for rerun", lambda _: False)
     rr: Any = import_extra("view", "view", "rerun")
     wanted = () if recording is None else (recording,)
     ((name, found),) = find_recordings(source, store, wanted, most=1).items()
@@ -57,8 +60,6 @@ def view(
     rr.init("afferents", recording_id=name, spawn=save is None)
     if save is None:
         return _log(rr, values)
-    save, what = Path(save), "a recording for rerun"
-    require_free(save, what, lambda path: path.suffix == ".rrd", force=True, reads=[Path(source)])
     with write_aside(save) as partial:
         rr.save(str(partial))
         return _log(rr, values)
@@ -100,7 +101,8 @@ def _logged(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
     for at_s, position in zip(
         responses[dims.TIME].values.tolist(), responses[dims.POSITION].values, strict=True
     ):
-        seen = position[np.isfinite(position).all(axis=1)]
+        # rerun counts from the corner of the first pixel, we from its middle
+        seen = position[np.isfinite(position).all(axis=1)] + 0.5
         yield at_s, "camera/markers", rr.Points2D(seen, radii=1.5, colors=(255, 60, 60))
     if dims.ROW not in responses.coords:  # markers in no layout make no image
         return

@@ -39,7 +39,7 @@ from afferents.store.zarr_store import (
     attributes_there,
     create_parents,
     create_store,
-    has_responses,
+    is_whole,
     open_responses,
     require_no_store,
     require_same_files,
@@ -265,10 +265,10 @@ def _extract_one(
 ) -> None:
     """Extract a recording that the store doesn't hold; say what was made of what, and accepted."""
     checksum = check_files(recording, declared)
-    there = has_responses(extraction.out, recording.name, checksum)
-    doubts = check_recording(recording, declared, extraction.accept)
-    if there:
+    require_same_files(extraction.out, recording.name, checksum)
+    if is_whole(extraction.out, recording.name):
         return
+    doubts = check_recording(recording, declared, extraction.accept)
     if not extraction.vibration:
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")

@@ -49,8 +49,7 @@ class Extraction:
         """Return it with paths that a cluster's workers find, wherever they were started."""
         if self.cluster is None:
             return self
-        there = self.session.resolve() if isinstance(self.session, Path) else self.session
-        return replace(self, session=there, out=self.out.resolve())
+        return replace(self, session=self.session.resolve(), out=self.out.resolve())
 
     def config(self, session: Session, sensors: Sensors) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.

@@ -20,7 +20,7 @@ from afferents.recordings.guess import (
     guess_recordings,
     tables_in,
 )
-from afferents.recordings.layouts import NOT_TEXTURES, published
+from afferents.recordings.layouts import published
 from afferents.recordings.media import Pattern, is_sound, media_in, named
 from afferents.recordings.session import read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
@@ -177,7 +177,7 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
 
 def _look(folder: Path) -> _Found:
     with reading(folder, "a readable folder", OSError):
-        paths = media_in(folder, NOT_TEXTURES)
+        paths = media_in(folder)
         try:
             in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
         except InputError:

@@ -43,12 +43,6 @@ from .gaps import (
 from .natural.reader import (
     described_natural as described_natural,
 )
-from .natural.reader import (
-    read_natural as read_natural,
-)
-from .natural.tables import (
-    read_nwb as read_nwb,
-)
 from .neo import (
     from_neo as from_neo,
 )

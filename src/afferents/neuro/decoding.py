@@ -111,7 +111,7 @@ def accuracy_by_resolution(
     Units that were not recorded in every trial are left out; `without_gaps` leaves out textures
     and repetitions as well, where that keeps more. So are resolutions finer than a class'
     own (`resolution_s` of its units: a frame's duration, of a camera): spikes between two frames
-    are interpolation.
+    are interpolation. So are resolutions of more than half a window, of which but one bin fits.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def accuracy_by_resolution(
         n = {"n_units": units.n_units, "n_trials": units.n_trials}
         for part, by_tested in cut.items():
             finest_s = _SLACK * max(map(_finest, by_tested.values()))
-            possible = [one for one in resolutions_s if finest_s <= one < window_s]
+            possible = [one for one in resolutions_s if finest_s <= one <= window_s / 2]
             for resolution_s in (*possible, window_s):  # the rate is always possible
                 by_speed: dict[float, float] = {}
                 for tested, windows in by_tested.items():
@@ -210,8 +210,18 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
 
 
+_LEARNT = {
+    "speeds": "held out",
+    "windows": "that other windows were learnt from",
+    "stretched": "held out, from trains that were stretched to it",
+}
+"""How the speed tested stands to what was learnt from."""
+
+
 def code_sentences(found: pd.DataFrame, whose: str = "units") -> list[str]:
     """Return what rates and the best resolution recognise, a sentence a class and held-out part.
+
+    The best is chosen by its accuracy on what is tested, which flatters it; the sentence says so.
 
     Parameters
     ----------
@@ -222,14 +232,14 @@ def code_sentences(found: pd.DataFrame, whose: str = "units") -> list[str]:
     for (name, across), some in found.groupby(["class", "across"], sort=False):
         rates, best = some.nlargest(1, "resolution_s"), some.nlargest(1, "accuracy")
         window_s, best_s = (float(one["resolution_s"].iloc[0]) for one in (rates, best))
-        where = "held out" if across == "speeds" else "that other windows were learnt from"
         finer = (
             "and no finer bin does better"
             if percent_of(best) == percent_of(rates)
-            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}"
+            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}, the best of {len(some)} "
+            "widths tried and so flattered by the choice"
         )
         said.append(
-            f"{name} {whose}, at a speed {where}: rates alone recognise "
+            f"{name} {whose}, at a speed {_LEARNT[str(across)]}: rates alone recognise "
             f"{percent_of(rates)} of the windows of {window_s:.2g} s, {finer} (chance "
             f"{100 * some['chance'].iloc[0]:.0f}%)."
         )

@@ -27,7 +27,7 @@ Distance = Callable[[Trains, float, float], Any]
 def victor_purpura(trains: Trains, duration_s: float, time_s: float) -> Any:
     """Return Victor & Purpura's (train, train): a spike moved by `time_s` costs 2."""
     elephant, times, pq = _elephant(trains, duration_s)
-    return elephant.victor_purpura_distance(times, (2 / time_s if time_s else np.inf) * pq.Hz)
+    return elephant.victor_purpura_distance(times, 2 / time_s * pq.Hz)
 
 
 def van_rossum(trains: Trains, duration_s: float, time_s: float) -> Any:
@@ -52,6 +52,8 @@ DISTANCES: dict[str, Distance] = {
 }
 """By name; of ISI how unlike the intervals around moments are, of SPIKE how far spikes are from the
 other's."""
+_SCALED = ("victor-purpura", "van-rossum")
+"""Those that take the scale of time."""
 
 
 def distance_matrix(
@@ -67,16 +69,18 @@ def distance_matrix(
         One of `DISTANCES`.
     time_s
         Scale of time: a spike moved by so much costs as much as one more and one less, or is
-        smoothed by so much. Distances without a scale leave it.
+        smoothed by so much; more than 0 s. ISI and SPIKE have no scale and leave it.
 
     Raises
     ------
     InputError
-        If there is no such distance, trials differ in length, the unit was not recorded in one, or
-        the extra ``neural`` is missing.
+        If there is no such distance, its scale is not above 0, trials differ in length, the unit
+        was not recorded in one, or the extra ``neural`` is missing.
     """
     if distance not in DISTANCES:
         raise InputError(f"distance: expected one of {', '.join(DISTANCES)}, found '{distance}'")
+    if distance in _SCALED and not time_s > 0:
+        raise InputError(f"time_s: expected more than 0 s for {distance}, found {time_s:g}")
     lengths = spikes.trials["duration_s"]
     if float(np.ptp(lengths)) > 1e-6:
         found = f"{lengths.min():g} to {lengths.max():g} s"

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from afferents.errors import InputError
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
@@ -52,26 +53,37 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
     ----------
     block
         Segments are trials and need the annotation `texture`; trains need a name, the same in each
-        segment, and the annotation `class`. A train that a segment lacks was not recorded.
+        segment, and the annotation `class`. A train that a segment lacks was not recorded. A trial
+        lasts from the first start of its trains to their last end, and times count from there.
 
     Raises
     ------
     InputError
-        If these are missing, and as `Spikes.from_trains`.
+        If these are missing, two trains of a segment have one name, and as `Spikes.from_trains`.
     """
     units: dict[str, dict[str, Any]] = {}
     rows, trials = [], []
     for segment in block.segments:
         row: dict[str, Any] = {}
-        duration_s = 0.0
+        trial = dict(segment.annotations)
+        starts_s = [float(train.t_start.rescale("s")) for train in segment.spiketrains]
+        stops_s = [float(train.t_stop.rescale("s")) for train in segment.spiketrains]
+        start_s = min(starts_s, default=0.0)
+        if stops_s:
+            trial["duration_s"] = max(stops_s) - start_s
         for train in segment.spiketrains:
-            start_s = float(train.t_start.rescale("s"))
-            row[str(train.name)] = train.rescale("s").magnitude - start_s
-            duration_s = max(duration_s, float(train.t_stop.rescale("s")) - start_s)
+            name = str(train.name or "")
+            if not name or name in row:
+                found = f"two of the name '{name}'" if name else "one without"
+                raise InputError(
+                    f"{where}: expected a name of its own for each train of a segment, found "
+                    f"{found}; give each unit's trains its name"
+                )
+            row[name] = train.rescale("s").magnitude - start_s
             known = {key: train.annotations[key] for key in _UNIT if key in train.annotations}
-            units.setdefault(str(train.name), {"name": str(train.name), **known})
+            units.setdefault(name, {"name": name, **known})
         rows.append(row)
-        trials.append({"duration_s": duration_s, **segment.annotations})
+        trials.append(trial)
     ordered = [name for name in block.annotations.get("units", ()) if name in units]
     units = {name: units[name] for name in (*ordered, *units)}
     trains = [[row.get(name) for name in units] for row in rows]

@@ -227,7 +227,9 @@ def neural(
     >>> found.tables["stretch"].groupby(["class", "stretched"]).accuracy.mean()  # doctest: +SKIP
     """
     store, out = Path(store), Path(out)
-    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES + _BESIDE))
+    # A user's tables may have such names, too: they are ours where our facts are.
+    ours = TABLES + _BESIDE if (out / FACTS).is_file() else ()
+    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in ours))
     fibres = None if natural is None else read_natural(natural)
     with Progress(quiet) as progress:
         spikes = spikes_of_store(store, units, seed, classes, progress=progress)
@@ -244,20 +246,20 @@ def neural(
         **of_fibres.figures,
     }
     sentences = [*sentences_of(tables), *of_fibres.sentences]
-    out.mkdir(parents=True, exist_ok=True)
-    for name in (*(f"{table}.csv" for table in _BESIDE), "beside.png", "natural_raster.png"):
-        (out / name).unlink(missing_ok=True)  # of an earlier run
-    for name, table in tables.items():
-        with write_aside(out / f"{name}.csv") as written:
-            table.to_csv(written, index=False)
-    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
     counts = spikes.units["class"].value_counts().to_dict()
     facts = {
         "store": store.name,
         "units": {"model": units, "seed": seed, "classes": counts},
         "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
     }
-    write_json(out / FACTS, facts)
+    out.mkdir(parents=True, exist_ok=True)
+    write_json(out / FACTS, facts)  # first: a run that is killed now can be begun again
+    for name in (*(f"{table}.csv" for table in _BESIDE), "beside.png", "natural_raster.png"):
+        (out / name).unlink(missing_ok=True)  # of an earlier run
+    for name, table in tables.items():
+        with write_aside(out / f"{name}.csv") as written:
+            table.to_csv(written, index=False)
+    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
     return NeuralResults(spikes, tables, sentences, pictures, facts)
 
 

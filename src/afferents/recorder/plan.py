@@ -16,7 +16,6 @@ from afferents.errors import InputError
 from afferents.files import write_aside
 from afferents.forms import StrictForm
 from afferents.outputs import require_free
-from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
 
@@ -28,7 +27,7 @@ LEAST_TAP_S = 2.0
 
 def is_texture(name: str) -> bool:
     """Tell whether a texture of this name can be a folder of a session."""
-    return _TEXTURE.fullmatch(name) is not None and name not in NOT_TEXTURES
+    return _TEXTURE.fullmatch(name) is not None
 
 
 def _texture(name: str) -> str:

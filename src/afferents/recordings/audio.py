@@ -22,6 +22,8 @@ _TOO_LONG = re.compile(r"^(?:data : (\d+) \(should|  Data size : (\d+))", re.MUL
 _A_SAMPLE = re.compile(r"^  Block Align +: (\d+)", re.MULTILINE)
 """What libsndfile notes of a wav whose data are longer than the file (or of any of more than 4 GB),
 and of the bytes of a sample in all channels (of a compressed one, of a block of many)."""
+_UNKNOWN = 2**63 - 1
+"""Samples that libsndfile tells of a FLAC that was written to a pipe."""
 _OPEN = 0xFFFFFFFF
 """Length that a recorder writes into a wav whose end it does not know yet."""
 
@@ -81,6 +83,11 @@ class WavFile:
             info = soundfile.info(sound_name(self.path))
         if info.frames == 0:
             raise InputError(f"{self.path}: expected a sound file with samples, found none in it")
+        if info.frames == _UNKNOWN:
+            raise InputError(
+                f"{self.path}: expected a sound file that says how long it is, found a stream; "
+                f"write it again: ffmpeg -i {self.path.name} OUT.wav"
+            )
         declared = _declared(info.extra_info)
         if info.frames < declared:
             raise self._too_short(declared, info.frames)

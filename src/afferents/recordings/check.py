@@ -73,10 +73,16 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
     """
     expected = declared.checksums.get(recording.name, {})
     found: dict[str, str] = {}
+    files = [path.name for path in recording.files]
+    if expected and not any(name in expected for name in files):
+        raise InputError(
+            f"{declared.file}: expected checksums of {recording.name}'s {' and '.join(files)}, "
+            f"found {', '.join(expected)} alone; name files without their folders"
+        )
     for path in recording.files:
         with reading(path, "a readable file", OSError):
             found[path.name] = checksum(path)
-        if expected.get(path.name, found[path.name]) != found[path.name]:
+        if expected.get(path.name, found[path.name]).lower() != found[path.name]:
             raise InputError(
                 f"{path}: expected the file whose checksum {declared.file} declares, found "
                 "another; bring it back, or take its checksum out if it was changed on purpose"
@@ -168,7 +174,7 @@ def _doubt_lengths(
         return []
     bound = f"at least {least_s:.2f}" if audio_s < least_s else f"at most {most_s:.2f}"
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
-    cause = rate_doubted(video.n_frames, video.fps_hz, audio, declared.file)
+    cause = f"if its {video.fps_hz:g} frames a second are wrong, give {FPS}"
     return [QualityIssue("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
 
 
@@ -216,8 +222,6 @@ def video_facts(video: ClipFile) -> dict[str, Any]:
 # Writers such as OpenCV's note what a script says, often 30 or 25 frames a second, whatever the
 # camera did. The sound beside the video keeps a true clock.
 
-USUAL_HZ = (24, 25, 30, 50, 60, 90, 100, 120, 150, 180, 200, 240)
-"""Frame rates of cameras."""
 NEAR = 0.05
 """Video and sound are of one length within this share of it: they don't begin and end together."""
 
@@ -249,29 +253,6 @@ def wrong_rate(
     if _near(seen_hz, fps_hz):
         return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
     return f"{declare}; if the container's rate is wrong, {true}"
-
-
-def rate_doubted(n_frames: int, fps_hz: float, audio: WavFile, file: str) -> str:
-    """Say at which usual rate a video would be as long as its sound; nothing where there is none.
-
-    Parameters
-    ----------
-    n_frames, fps_hz
-        Of the video, and the rate that its times now count from.
-    audio
-        The sound beside it, of another length.
-    file
-        The session file.
-    """
-    seen_hz = _by_sound(n_frames, audio)
-    usual = [hz for hz in USUAL_HZ if _near(seen_hz, hz)]
-    if not usual or _near(usual[0], fps_hz):
-        return ""
-    true_hz = min(usual, key=lambda hz: abs(hz - seen_hz))
-    return (
-        f"its {n_frames} frames would be as long as the sound at {true_hz:g} a second: if the "
-        f"frame rate of {fps_hz:g} is wrong, {_say(true_hz, file)}"
-    )
 
 
 def _by_sound(n_frames: int, audio: WavFile | None) -> float:

@@ -33,7 +33,6 @@ _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
-_MOST_TRIALS = 20
 NEARLY_ALL = 0.8
 """Share of names: so few others are strays."""
 
@@ -108,11 +107,7 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool) -> b
 def _counts(numbers: Sequence[float]) -> bool:
     """Tell whether numbers only count: 1, 2, 3 are trials rather than speeds."""
     first = min(numbers)
-    return (
-        first in (0, 1)
-        and len(numbers) <= _MOST_TRIALS
-        and sorted(numbers) == [first + n for n in range(len(numbers))]
-    )
+    return first in (0, 1) and sorted(numbers) == [first + n for n in range(len(numbers))]
 
 
 def guess_recordings(paths: Sequence[str]) -> list[Guess]:

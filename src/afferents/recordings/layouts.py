@@ -1,7 +1,9 @@
 """Where a session's recordings are: in the published layout, or as its session file says."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from afferents.errors import InputError
@@ -36,8 +38,6 @@ from afferents.store.recording import Recording, Video
 # or a folder of numbered images, ``video/``.
 
 VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
-NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"})
-"""Folders that the published code writes beside the textures."""
 
 _POSITIVE = re.compile(r"\d+(\.\d+)?")
 
@@ -56,8 +56,6 @@ def published(root: Path, declared: SessionFile) -> list[Recording]:
 def recording_folders(root: Path) -> Iterator[Path]:
     """Yield the folders of recordings in the published layout, of whatever names."""
     for texture in _folders(root):
-        if texture.name in NOT_TEXTURES:
-            continue
         for speed in _folders(texture):
             repetitions = [folder for folder in _folders(speed) if _is_recorded(folder)]
             if _is_recorded(speed):
@@ -168,7 +166,13 @@ def listed(root: Path, declared: SessionFile) -> list[Recording]:
             f"'{declared.audio_pattern}' fits, found none; mend it, or leave it out"
         )
     _require_names(root / declared.file, entries)
-    return [_listed_recording(root, entry, declared) for entry in entries]
+    found = [_listed_recording(root, entry, declared) for entry in entries]
+    in_folder = Counter(one.source.parent for one in found)
+    # A folder of its own may hold the log of its drum, or the reference of its markers.
+    return [
+        replace(one, source=one.source.parent) if in_folder[one.source.parent] == 1 else one
+        for one in found
+    ]
 
 
 def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:

@@ -142,7 +142,7 @@ def _read(path: Path) -> GreyImage:
 # Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
-SOUNDS = frozenset({".wav", ".flac", ".ogg", ".aiff", ".aif", ".w64", ".rf64"})
+SOUNDS = frozenset({".wav", ".flac", ".ogg", ".rf64"})
 """Endings that are taken for videos and for sound; a file that is named may end otherwise."""
 
 _NAMED = 3
@@ -167,13 +167,10 @@ def _is_numbered(path: Path) -> bool:
     return path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
 
 
-def media_in(root: Path, passed: Collection[str] = ()) -> list[Path]:
+def media_in(root: Path) -> list[Path]:
     """Return all videos and sound files below a folder, and folders of numbered images, in order.
 
-    Parameters
-    ----------
-    passed
-        Folders right below `root` that are not looked into; hidden ones never are.
+    Hidden folders are not looked into.
 
     Raises
     ------
@@ -184,16 +181,16 @@ def media_in(root: Path, passed: Collection[str] = ()) -> list[Path]:
     def order(path: Path) -> list[tuple[float, str]]:
         return [natural_order(part) for part in path.relative_to(root).parts]
 
-    return sorted(_media_in(root, passed), key=order)
+    return sorted(_media_in(root), key=order)
 
 
-def _media_in(folder: Path, passed: Collection[str]) -> Iterator[Path]:
+def _media_in(folder: Path) -> Iterator[Path]:
     images = 0
     for path in folder.iterdir():
-        if path.name.startswith(".") or path.name in passed:
+        if path.name.startswith("."):
             continue
         if path.is_dir():
-            yield from _media_in(path, ())
+            yield from _media_in(path)
         elif is_video(path) or is_sound(path):
             yield path
         images += _is_numbered(path)

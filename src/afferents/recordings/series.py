@@ -240,7 +240,7 @@ class SeriesFile:
             )
 
     def _channels(self, table: Table) -> list[str]:
-        others = [name for name in table.columns if name != self._time_name()]
+        others = [name for name in table.columns if name != self._time_name(table)]
         if not self.signal.channels:
             return others
         found = [name for wanted in self.signal.channels for name in self._named(wanted, table)]
@@ -251,6 +251,8 @@ class SeriesFile:
 
     def _named(self, wanted: str | int, table: Table) -> Sequence[str]:
         name = str(wanted)
+        if isinstance(wanted, int) and name not in table.columns and wanted < len(table.columns):
+            return [table.columns[wanted]]
         found = [name] if name in table.columns else fnmatch.filter(table.columns, name)
         if not found:
             where = f"{self.path}, line 1" if table.unit == "line" else self.path
@@ -259,16 +261,15 @@ class SeriesFile:
             )
         return found
 
-    def _time_name(self) -> str | None:
-        return None if self.signal.time is None else str(self.signal.time)
+    def _time_name(self, table: Table) -> str | None:
+        return None if self.signal.time is None else self._named(self.signal.time, table)[0]
 
     def _time_ms(self, table: Table) -> Numbers | None:
         """Return the times of all rows, ms; None where no column says."""
-        name = self._time_name()
+        name = self._time_name(table)
         if name is None:
             return None
-        (column,) = self._named(name, table)
-        return table.values[:, table.columns.index(column)] * self.signal.time_ms
+        return table.values[:, table.columns.index(name)] * self.signal.time_ms
 
     def _own_rate(self, table: Table) -> float:
         """Return the sample rate that the file itself tells, Hz."""

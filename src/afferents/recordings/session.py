@@ -1,25 +1,28 @@
 """Whether the recordings of a session belong together: its grid, its files, its rates."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
-from afferents.recordings.check import RATE_TOLERANCE, check_files, check_recording
+from afferents.recordings.check import RATE_TOLERANCE, ClipFile, check_files, check_recording
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.layouts import (
     AUDIO,
-    NOT_TEXTURES,
     REFERENCE,
     VIDEO,
     listed,
     published,
     reference_in,
+    video_of,
 )
 from afferents.recordings.media import media_in, named
 from afferents.recordings.session_file import (
@@ -83,16 +86,25 @@ def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: Ses
 
 
 def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> None:
-    """Refuse recordings of several frame rates or sample rates.
+    """Refuse recordings of several frame rates or sample rates, or of several picture sizes.
 
-    What is learnt from them is counted in frames and in Hz, and would be mixed. Opens all files
-    where no rate is declared of all; whether a file has the declared one is `check_recording`'s.
+    What is learnt from them is counted in frames, Hz and px, and would be mixed. Opens all files
+    where no rate or size is declared of all; whether a file has it is `check_recording`'s.
 
     Raises
     ------
     InputError
         Naming two recordings that contradict each other.
     """
+    sizes = [(r.name, _size(r, declared)) for r in session.recordings]
+    of_size = [(name, size) for name, size in sizes if size]
+    for name, size in of_size:
+        if size != of_size[0][1]:
+            (first, (w, h)) = of_size[0]
+            raise InputError(
+                f"{session.root}: expected pictures of one size, found {w}x{h} px in {first}, "
+                f"{size[0]}x{size[1]} px in {name}; make a session of each size"
+            )
     each = "make a session of each rate"
     true = f"if a container is wrong, write the recording's true fps_hz, else {each}"
     for what, tolerance, unit, do in (
@@ -108,6 +120,15 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
                     f"{session.root}: expected recordings of one rate ({unit}), found "
                     f"{expected:g} in {first}, {rate:g} in {name}; {do}"
                 )
+
+
+def _size(recording: Recording, declared: SessionFile) -> tuple[int, int] | None:
+    """Return its pictures' width and height, px; None where another sensor, or the file, says."""
+    if recording.video is None or recording.sensor or declared.frame_width:
+        return None
+    with suppress(InputError):  # which extracting it says
+        return recording.video.width, recording.video.height
+    return None
 
 
 def _rate(recording: Recording, what: str, declared: SessionFile) -> float | None:
@@ -140,8 +161,12 @@ class Session(RecordingSet):
         used = {path.resolve() for recording in self.recordings for path in recording.files}
         if self.reference is not None:
             used.add(self.reference.path.resolve())
-        there = media_in(self.root, NOT_TEXTURES)
+        there = media_in(self.root)
         return [path for path in there if path.resolve() not in used]
+
+    def resolve(self) -> "Session":
+        """Return it with paths that are found from anywhere."""
+        return _session(self.root.resolve(), self.declared)
 
     def at_rate(self, fps_hz: float | None) -> "Session":
         """Return it with the true frame rate of all videos, Hz; as it is for None.
@@ -192,7 +217,9 @@ def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
     given = {str(name): value for name, value in row.items() if value is not None}
     known = {name: given[name] for name in ListedRecording.model_fields if name in given}
     others = {name: value for name, value in given.items() if name not in known}
-    known["conditions"] = {**known.get("conditions", {}), **others}
+    others = {k: str(v) if isinstance(v, bool | np.bool_) else v for k, v in others.items()}
+    if isinstance(known.get("conditions", {}), Mapping):  # else it is refused as it is
+        known["conditions"] = {**known.get("conditions", {}), **others}
     frame = known.get("rest_frame")
     if isinstance(frame, float) and frame.is_integer():  # an empty cell makes all of them floats
         known["rest_frame"] = int(frame)
@@ -249,8 +276,8 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
 
     Where ``session.toml`` or ``session.json`` names files, by a list or a pattern, these are the
     recordings. Else a condition is a folder two levels down, or of a repetition three, that holds
-    a `video` of any kind or `audio.wav`; folders without conditions, hidden ones and
-    `NOT_TEXTURES` are ignored. Only the grid is checked here; `check_recording` checks one
+    a `video` of any kind or `audio.wav`; folders without conditions and hidden ones are ignored.
+    Only the grid is checked here; `check_recording` checks one
     recording.
 
     Parameters
@@ -286,6 +313,8 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
 def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str, Recording]:
     """Return a session's recordings by name, which must hold those that were extracted.
 
+    Their videos have the frame rate that they were extracted at.
+
     Raises
     ------
     InputError
@@ -303,6 +332,10 @@ def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str,
             raise InputError(
                 f"{session.root}: expected {expected}, found others; give that session, or none"
             )
+        rate_hz = json.loads(responses.attrs.get("declared", "{}")).get("fps_hz")
+        if rate_hz and isinstance(video := found[name].video, ClipFile):
+            seen = video_of(video.path, session.declared, rate_hz)
+            found[name] = replace(found[name], video=seen)
     return found
 
 
@@ -318,7 +351,7 @@ def _session(root: Path, declared: SessionFile) -> Session:
 
 def _nothing(root: Path, declared: SessionFile) -> InputError:
     """Say what was found where no recording was, and what a session needs."""
-    there = media_in(root, NOT_TEXTURES)
+    there = media_in(root)
     conditions = f"conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}"
     if not there:
         return InputError(f"{root}: expected {conditions}, found none of them")

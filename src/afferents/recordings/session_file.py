@@ -103,7 +103,7 @@ class ListedRecording(StrictForm):
     texture: Label
     speed_mm_s: Positive | None = None
     repetition: Label | None = None
-    id: Annotated[str, AfterValidator(_labels)] | None = None
+    id: Annotated[str, BeforeValidator(_text_of), AfterValidator(_labels)] | None = None
     conditions: Conditions = Field(default_factory=dict)
     fps_hz: Positive | None = None
     steady_s: Steady | None = None

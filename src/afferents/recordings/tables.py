@@ -19,7 +19,6 @@ from afferents.plugins import import_extra
 from afferents.recordings.audio import WavFile, sound_name
 from afferents.recordings.media import Pattern
 
-INTEGER = re.compile(r"[-+]?\d+")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
 _MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
@@ -131,8 +130,6 @@ class Signal(StrictForm):
         Of NPZ and HDF5 files, those that are read; all if not given.
     header, separator
         Of a CSV: whether its first line names columns, and what stands between fields.
-    integers
-        Whether a CSV holds integers alone.
     sample_rate_hz, period_ms
         The clock, either as a rate or as its step.
     time, time_unit
@@ -165,7 +162,6 @@ class Signal(StrictForm):
     arrays: tuple[str, ...] = ()
     header: bool = True
     separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
-    integers: bool = False
     sample_rate_hz: PositiveFloat | None = None
     period_ms: PositiveFloat | None = None
     time: str | int | None = None
@@ -324,11 +320,10 @@ def _fast(body: str, names: Sequence[str], signal: Signal) -> Numbers | None:
     """Return the numbers of a CSV without its header; None where something is at fault."""
     import pandas as pd
 
-    dtype = np.int64 if signal.integers else np.float64
     try:
         frame = pd.read_csv(
             io.StringIO(body), sep=signal.separator, header=None, index_col=False,
-            skip_blank_lines=False, dtype=dtype, keep_default_na=False, na_values=[""],
+            skip_blank_lines=False, dtype=np.float64, keep_default_na=False, na_values=[""],
             quoting=csv.QUOTE_NONE,
         )  # fmt: skip
     except ValueError:  # of pandas' parser as well
@@ -340,17 +335,15 @@ def _fast(body: str, names: Sequence[str], signal: Signal) -> Numbers | None:
 
 def _fault(path: Path, body: str, names: Sequence[str], signal: Signal, first: int) -> InputError:
     """Return what is wrong with the first line at fault."""
-    kind = "integers" if signal.integers else "numbers"
     for number, line in enumerate(body.split("\n"), start=first):
         fields = line.rstrip("\r").split(signal.separator)
         if len(fields) != len(names):
             return InputError(
                 f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
             )
-        form = INTEGER if signal.integers else NUMBER
-        if wrong := [field.strip() for field in fields if not form.fullmatch(field.strip())]:
-            return InputError(f"{path}, line {number}: expected {kind}, found '{wrong[0]}'")
-    return InputError(f"{path}: expected a table of {kind}, found one that can't be read")
+        if wrong := [field.strip() for field in fields if not NUMBER.fullmatch(field.strip())]:
+            return InputError(f"{path}, line {number}: expected numbers, found '{wrong[0]}'")
+    return InputError(f"{path}: expected a table of numbers, found one that can't be read")
 
 
 def _parquet(path: Path, signal: Signal) -> Table:

@@ -25,7 +25,6 @@ from afferents.markers.sensor import sensor_in
 from afferents.outputs import require_new_folder, writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
-from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
@@ -126,11 +125,6 @@ def _check(simulation: Simulation) -> None:
             )
     named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
     require_distinct("--speeds", simulation.textures, named)
-    for name in NOT_TEXTURES & set(simulation.textures):
-        raise InputError(
-            f"--height-map: expected a name that a session may have as a texture, found '{name}'; "
-            "choose another: folders of that name are passed over when a session is read"
-        )
     if not STEADY_S < simulation.seconds < math.inf:
         raise InputError(
             f"--seconds: expected more than {STEADY_S:g} (the drum runs up before that), found "

@@ -12,7 +12,7 @@ import pandas as pd
 from pydantic import BaseModel
 
 from afferents.documents import as_form, parse_json
-from afferents.errors import InputError, reading
+from afferents.errors import reading
 from afferents.files import write_aside
 
 _DO = "bring it back as it was, remove it, or record or simulate again"
@@ -65,8 +65,6 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
         If it is not whole, a column is missing, or something else stands in one.
     """
     if not path.is_file():
-        if path.with_suffix(".parquet").is_file():
-            raise InputError(f"{path}: expected a log in CSV, found an earlier one, Parquet; {_DO}")
         return None
     what = f"a log with {', '.join(columns)}"
     with reading(path, what, OSError, ValueError, do=_DO):

@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
 from afferents.files import require_same_config, write_aside
 from afferents.outputs import require_new_folder
+from afferents.quality.image import ImageQuality
 from afferents.store.integrity import (
     ROOT,
     attributes_of,
@@ -156,23 +158,6 @@ def _holds_arrays(folder: Path) -> bool:
 
 class OtherFilesError(InputError):
     """Responses in a store that were made of other files than are now the recording's."""
-
-
-def has_responses(store: Path, name: str, checksum: str) -> bool:
-    """Tell whether the store holds this recording whole; one that is broken counts as not there.
-
-    Parameters
-    ----------
-    checksum
-        Of the recording's files.
-
-    Raises
-    ------
-    OtherFilesError
-        If it holds the recording but from other files.
-    """
-    require_same_files(store, name, checksum)
-    return is_whole(store, name)
 
 
 def require_same_files(store: Path, name: str, checksum: str) -> None:
@@ -317,17 +302,20 @@ def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
     return responses.assign_coords({name: responses[name].astype(object) for name in fixed})
 
 
+_MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))
+
+
 def _without_nan(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses whose unknown speed is null, since JSON has no NaN."""
-    speed = responses.attrs.get(dims.SPEED)
-    unknown = isinstance(speed, float) and math.isnan(speed)
-    return responses.assign_attrs({dims.SPEED: None}) if unknown else responses
+    """Return responses whose unknown speed, or light and focus, is null: JSON has no NaN."""
+    attrs = responses.attrs
+    unknown = [name for name in _MAY_BE_NAN if name in attrs and attrs[name] != attrs[name]]
+    return responses.assign_attrs(dict.fromkeys(unknown))
 
 
 def _with_nan(responses: xr.Dataset) -> xr.Dataset:
     """Return responses as they were before `_without_nan`."""
-    unknown = responses.attrs.get(dims.SPEED, 0) is None
-    return responses.assign_attrs({dims.SPEED: math.nan}) if unknown else responses
+    unknown = [name for name in _MAY_BE_NAN if responses.attrs.get(name, 0) is None]
+    return responses.assign_attrs(dict.fromkeys(unknown, math.nan))
 
 
 def _encoding(variable: xr.DataArray) -> dict[str, Any]:

@@ -68,6 +68,14 @@ def test_a_file_gives_options_by_name_and_flags_overrule_it(does, stores, tmp_pa
     assert load_results(out).predictions.equals(load_results(tmp_path / "s").predictions)
 
 
+def test_a_file_in_json_names_data_by_their_paths(run, tmp_path):
+    file, store = tmp_path / "mine.json", tmp_path / "none.zarr"
+    file.write_text(json.dumps({"data": [str(store)], "seed": 2}))
+    code, _, err = run("evaluate", "--config", file, "--out", tmp_path / "r")
+    assert (code, "Traceback" in err) == (2, False)
+    assert f"{store}: expected " in err
+
+
 @pytest.mark.parametrize(
     ("command", "sentence"),
     [

@@ -29,6 +29,16 @@ def test_leaving_out_says_what_could_be(stores):
         open_data([str(stores["audio"])], {"direction": "sideways"})
 
 
+def test_a_copy_of_a_recording_under_another_name_is_refused(tmp_path):
+    (tmp_path / "dataset.toml").write_text(
+        '[files]\npattern = "{texture}_{speed}.npy"\n[signal]\nsample_rate_hz = 100\n'
+    )
+    for name in ("felt_20", "felt_40"):
+        np.save(tmp_path / name, np.zeros((900, 1)))
+    with pytest.raises(InputError, match=r"felt_40.npy: .* the same bytes as .*felt_20.npy"):
+        open_data([str(tmp_path / "dataset.toml")])
+
+
 def test_half_a_store_is_known_as_one_and_evaluated_only_when_told(stores, tmp_path, does, fails):
     store, results = shutil.copytree(stores["audio"], tmp_path / "s.zarr"), tmp_path / "r"
     shutil.rmtree(store / "2/30")

@@ -14,6 +14,7 @@ import soundfile
 import afferents
 from afferents import cli
 from afferents.errors import InputError
+from afferents.store.drum_path import MARK, Drum, DrumPath
 from afferents.store.zarr_store import open_responses
 
 pytest.importorskip("rosbags")
@@ -21,7 +22,7 @@ pytest.importorskip("rosbags")
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from afferents.exchange.bags import _sound_of_file
+from afferents.exchange.bags import _drum, _sound_of_file, _write
 from afferents.recorder.bags import Bag, extract_files
 from afferents.recordings.audio import WavFile
 from afferents.recordings.ros_messages import (
@@ -142,6 +143,15 @@ def test_a_store_alone_and_what_was_felt(rig, tmp_path):
     np.testing.assert_array_equal(heard / 32768, responses["ra2"].values[:, 0])
     with AnyReader([bag], default_typestore=typestore()) as reader:
         assert "/camera/image/compressed" not in reader.topics
+
+
+def test_what_was_logged_before_the_zero_is_left_out(tmp_path):
+    drum = Drum(circumference_mm=250, contact_mm=16, zero=MARK)
+    way = DrumPath(drum, np.array([-1.0, 0.0, 1.0]), np.array([0.0, 40.0, 80.0]))
+    types = typestore()
+    _write(tmp_path / "bag", types, [_drum(Messages(types), way)], NAME)
+    found = [(at_ns, m.data) for at_ns, m in messages(tmp_path / "bag", "/drum/position_mm")]
+    assert found == [(0, 40.0), (10**9, 80.0)]
 
 
 def test_a_video_that_is_no_jpegs_is_encoded(small_session, tmp_path):
@@ -318,12 +328,14 @@ def test_bags_that_can_t_be_imported_are_refused_in_a_sentence(types, tmp_path, 
 
 def test_what_can_t_be_exported_is_refused_in_a_sentence(rig, fails, tmp_path):
     session, store, _ = rig
-    out, felt = tmp_path / "bags", tmp_path / "felt"
+    out, felt, timeless = tmp_path / "bags", tmp_path / "felt", tmp_path / "timeless"
     felt.write_text("not json")
+    timeless.write_text('{"texture": "4"}\n')
     for source, options, said in (
         (session, ("--recording", "7/60"), "'7/60'"),
         (store, ("--store", store), "a session beside it"),
         (store, ("--percepts", felt), "lines that 'afferents live --json' wrote"),
+        (store, ("--percepts", timeless), "timeless: expected lines that"),
     ):
         assert said in fails("export-mcap", source, out, *options)
     assert not out.exists()

@@ -156,6 +156,15 @@ def test_without_a_session_there_are_no_pictures(stores, tmp_path, run):
     assert VIDEO not in info["features"]
 
 
+def test_speeds_that_nobody_knows_are_left_out(stores, tmp_path, monkeypatch):
+    first, *_ = open_responses(stores["video"])
+    unknown = first.assign_attrs(speed_mm_s=np.nan)
+    monkeypatch.setattr("afferents.exchange.lerobot.open_whole", lambda _: [unknown])
+    afferents.export_lerobot(stores["video"], tmp_path / "touch", quiet=True)
+    assert "observation.state" not in read(tmp_path / "touch")[0]["features"]
+    assert "NaN" not in (tmp_path / "touch" / "meta" / "stats.json").read_text()
+
+
 def test_what_can_t_be_exported_is_refused_in_a_sentence(
     stores, small_session, fails, tmp_path, monkeypatch
 ):
@@ -170,4 +179,7 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(
     slow = first.assign_coords(time=first["time"] * 1.1)
     monkeypatch.setattr("afferents.exchange.lerobot.open_whole", lambda _: [slow, *others])
     assert "one whole number of frames a second in all recordings" in fails(*command)
+    unknown = first.assign_attrs(speed_mm_s=np.nan)
+    monkeypatch.setattr("afferents.exchange.lerobot.open_whole", lambda _: [unknown, *others])
+    assert "and a speed or none, in all recordings, found" in fails(*command)
     assert not out.exists()

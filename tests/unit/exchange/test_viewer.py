@@ -3,11 +3,18 @@
 import json
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import xarray as xr
 
-pytest.importorskip("rerun")
+from afferents.exchange.sources import Source
+from afferents.exchange.viewer import _logged
+
+with_rerun = pytest.mark.skipif(find_spec("rerun") is None, reason="could not import 'rerun'")
 
 
 def contents_of(path):
@@ -17,6 +24,7 @@ def contents_of(path):
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
+@with_rerun
 def test_all_of_a_session_and_its_store(simulated, tmp_path, run):
     session, store = simulated
     save = tmp_path / "touch.rrd"
@@ -33,6 +41,7 @@ def test_all_of_a_session_and_its_store(simulated, tmp_path, run):
     assert json.loads(out)["logged"]["drum/speed_mm_s"] == n["drum/speed_mm_s"]
 
 
+@with_rerun
 def test_a_store_alone(simulated, tmp_path, run):
     code, out, _ = run("view", simulated[1], "--save", tmp_path / "touch.rrd", "--json")
     n = json.loads(out)["logged"]
@@ -41,6 +50,22 @@ def test_a_store_alone(simulated, tmp_path, run):
     assert (n["sa1"], n["microphone/dB"]) == (180, 200)
 
 
+def test_a_file_that_is_there_is_left(fails, tmp_path):
+    save = tmp_path / "touch.rrd"
+    save.write_text("precious")
+    assert "a name that is free" in fails("view", tmp_path / "S", "--save", save)
+    assert save.read_text() == "precious"
+
+
+def test_markers_count_from_the_corner_of_the_first_pixel():
+    position = (("time", "marker", "space"), [[[3.0, 4.0], [np.nan, np.nan]]])
+    responses = xr.Dataset({"position": position}, {"time": [0.5]})
+    rr = SimpleNamespace(Points2D=lambda points, **_: points.tolist())
+    logged = [*_logged(rr, Source(None, responses))]
+    assert logged == [(0.5, "camera/markers", [[3.5, 4.5]])]
+
+
+@with_rerun
 def test_what_is_not_there_is_named(simulated, stores, fails, tmp_path):
     session, _ = simulated
     save = ("--save", tmp_path / "touch.rrd")

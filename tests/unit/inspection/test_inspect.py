@@ -26,7 +26,7 @@ def test_every_broken_slide_is_named(look, tmp_path):
     assert (found.problems, len(found.facts["recordings"]), len(found.pictures)) == ([], 2, 1)
     path.write_text(f"{HEADER}\n0,0,0,abc" + 15 * ",1")
     (problem,) = look(f"fabricslide:{folder}").problems
-    assert "V20mmps_0.csv, line 2: expected integers, found 'abc'" in problem
+    assert "V20mmps_0.csv, line 2: expected numbers, found 'abc'" in problem
 
 
 def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):

@@ -10,6 +10,7 @@ from tests.unit.neuro.test_analysis import fibres
 from afferents.errors import InputError
 from afferents.neuro import left_out, without_gaps
 from afferents.neuro.beside import alike, beside, matched
+from afferents.neuro.decoding import code_sentences
 from afferents.neuro.neural import sentences_of
 from afferents.spikes import Spikes
 
@@ -42,13 +43,24 @@ def test_sentences_say_what_the_tables_hold():
         "between 10 and 90.",
         "Most SA units are silent in a/40 (texture/speed).",
         "PC units, at a speed held out: rates alone recognise 32% of the windows of 0.5 s, bins "
-        "of 10 ms 61% [50, 70] (chance 8%).",
+        "of 10 ms 61% [50, 70], the best of 2 widths tried and so flattered by the choice (chance "
+        "8%).",
         f"RA {stretched} 72% of cases when stretched by the ratio of the speeds, in 15% as they "
         "are (chance 2%).",
         "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",
         "The spectral exponent of the vibration alone, one number, recognises 100% of the "
         "recordings at a speed not learnt from (chance 50%).",
     ]
+
+
+def test_what_was_learnt_from_is_said_of_each_part():
+    for across, said in (
+        ("speeds", "PC units, at a speed held out: "),
+        ("windows", "PC units, at a speed that other windows were learnt from: "),
+        ("stretched", "PC units, at a speed held out, from trains that were stretched to it: "),
+    ):
+        (sentence,) = code_sentences(TABLES["resolution"].assign(across=across))
+        assert sentence.startswith(said)
 
 
 def test_fibres_with_gaps_are_put_beside_artificial_units():

@@ -44,6 +44,8 @@ def test_each_finds_trains_of_one_texture(name):
     ("spikes", "asked", "said"),
     [
         (population([[0.1], [0.2]]), {"distance": "hamming"}, "one of victor-purpura, van-rossum"),
+        (population([[0.1], [0.2]]), {"time_s": 0}, "more than 0 s for victor-purpura, found 0"),
+        (population([[0.1]]), {"distance": "van-rossum", "time_s": -1}, "more than 0 s .*found -1"),
         (population([[0.1], None]), {}, "unit a in every trial"),
         (population([[0.1], [0.2]], [1.0, 2.0]), {}, "trials of one length, found 1 to 2 s"),
     ],

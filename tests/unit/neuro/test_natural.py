@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from afferents import read_natural
 from afferents.errors import InputError
-from afferents.neuro import described_natural, read_natural
+from afferents.neuro import described_natural
 
 TEXTURES, SPEEDS = ["denim", "silk", "corduroy"], [40.0, 80.0, 120.0]
 DESCRIPTION = """
@@ -106,6 +107,22 @@ def test_structs_of_nested_cells_in_ms(tmp_path, write_mat, trains, as_cell):
     require_equal(spikes, missing)
     assert spikes.units.index.tolist() == ["f0", "f1", "f2", "f3"]
     assert spikes.units["class"].tolist() == ["SA", "SA", "RA", "PC"]
+
+
+def test_a_struct_of_one_fibre(tmp_path, write_mat, content, trains):
+    """MATLAB keeps an array of one struct as that struct: the level of fibres is gone."""
+    times = content["spikes"][0]
+    rates = np.array([[[len(one) for one in row] for row in face] for face in trains[0]])
+    fibre = {"times": times, "rates": rates, "type": "SA1"}
+    write_mat(tmp_path / "spikes.mat", {"fibres": fibre, "names": content["names"]})
+    given = {
+        "variable": '"fibres.times"',
+        "levels": '[["fibre"], ["texture", "speed", "repetition"]]',
+        "classes": '"fibres.type"',
+    }
+    require_equal(read_natural(described(tmp_path, **given)), trains[:1])
+    given["empty"] = '"silence"\nrates = "fibres.rates"'
+    require_equal(read_natural(described(tmp_path, **given)), trains[:1])
 
 
 def test_numbers_filled_up_with_nan(tmp_path, write_mat, trains, content):
@@ -296,3 +313,20 @@ def test_a_condition_that_tells_trials_apart_is_not_lost(tmp_path, table):
         read_natural(described(tmp_path, TABLE.replace('"ms"', '"ms"\nunsorted = "sort"')))
     at.to_csv(tmp_path / "spikes.csv", index=False)
     assert read_natural(described(tmp_path, TABLE)).n_units == 4
+    for given in ("speeds_mm_s = 40", "speed_unknown = true"):
+        told = TABLE.replace("duration_s =", f"{given}\nduration_s =")
+        with pytest.raises(InputError, match="found several 'v' in one"):
+            read_natural(described(tmp_path, told))
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_labels_may_be_called_na_and_may_not_be_missing(tmp_path, table, suffix):
+    path, text = tmp_path / f"spikes.{suffix}", TABLE.replace("csv", suffix)
+    for name in ("NA", None):
+        named = table.assign(texture=table["texture"].replace("silk", name))
+        named.to_csv(path, index=False) if suffix == "csv" else named.to_parquet(path)
+        if name:
+            found = read_natural(described(tmp_path, text))
+            assert set(found.trials["texture"]) == {"denim", "NA", "corduroy"}
+    with pytest.raises(InputError, match="'texture' of every row, found none in row"):
+        read_natural(described(tmp_path, text))

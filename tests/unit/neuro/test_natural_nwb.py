@@ -4,8 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
+from afferents import read_natural, read_nwb
 from afferents.errors import InputError
-from afferents.neuro import described_natural, read_natural, read_nwb
+from afferents.neuro import described_natural
 
 pynwb = pytest.importorskip("pynwb")
 
@@ -57,6 +58,8 @@ speed_unit = "cm/s"
             {"speed": "speed"},
             "a column 'speed', .*; name the one that is meant in .columns., or write",
         ),
+        ({"speed_unit": "km/h"}, "read_nwb: expected arguments with trials.speed_unit: 'mm/s'"),
+        ({"words": {"x": "SA1"}}, "arguments with fibres.words.x: 'SA', 'RA' or 'PC', found 'SA1'"),
     ],
 )
 def test_columns_that_are_not_there_are_refused(other, changes, said):

@@ -69,3 +69,26 @@ def test_blocks_of_others():
     found = from_neo(block)
     np.testing.assert_allclose(found.train(0, 0), [0.1])
     assert found.trials["duration_s"].tolist() == [1.0]
+    segment.annotate(duration_s=7.0)
+    late = {"t_start": 1.2, "t_stop": 1.5, "name": "late", "class": "SA"}
+    segment.spiketrains.append(neo.SpikeTrain([1.25], units="s", **late))
+    found = from_neo(block)  # trains keep their places in the trial, which lasts as long as they do
+    np.testing.assert_allclose([found.train(0, 0), found.train(0, 1)], [[0.1], [0.25]])
+    assert found.trials["duration_s"].tolist() == [1.0]
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ((None,), "found one without"),
+        (("",), "found one without"),
+        (("n", "n"), "found two .* 'n'"),
+    ],
+)
+def test_trains_that_names_do_not_tell_apart_are_refused(names, said):
+    segment, block = neo.Segment(texture="silk"), neo.Block()
+    for name in names:
+        segment.spiketrains.append(neo.SpikeTrain([0.5], units="s", t_stop=1.0, name=name))
+    block.segments.append(segment)
+    with pytest.raises(InputError, match=said):
+        from_neo(block)

@@ -292,7 +292,7 @@ def test_a_camera_that_comes_back_otherwise_is_said_or_refused(begin, tmp_path, 
         settings["fps_hz"] = 45.0
 
     monkeypatch.setattr(SimulatedCamera, "open", half_as_fast)
-    with pytest.raises(InputError, match="expected fps_hz 90, .* found 45"):
+    with pytest.raises(InputError, match=r"expected fps_hz 90, .* found 45"):
         made(recorder, tmp_path / "S", again=[RUN])
 
 

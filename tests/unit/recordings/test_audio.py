@@ -33,6 +33,16 @@ def test_reads_the_sensors_channel_alone(tmp_path):
     np.testing.assert_array_equal(audio.values[:, 0], right / np.float32(32768))
 
 
+def test_a_stream_that_does_not_say_its_length_is_refused(tmp_path):
+    path = write(tmp_path / "a.flac", "FLAC")
+    data = bytearray(path.read_bytes())
+    data[21] &= 0xF0  # of STREAMINFO, the 36 bits that count samples: 0 is unknown
+    data[22:26] = bytes(4)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="a sound file that says how long it is, found a stream"):
+        WavFile(path).header  # noqa: B018
+
+
 def test_mono_is_read_on_its_only_channel(tmp_path, write_audio):
     path = write_audio(tmp_path / "a.wav", channels=1)
     assert WavFile(path, channel=0).read().sizes == {"audio_time": 8820, "channel": 1}

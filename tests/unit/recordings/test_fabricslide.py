@@ -59,8 +59,7 @@ def test_taxels_are_vibration_channels(tmp_path):
     [
         (3, _row(1028, 20) + ",5", "expected 19 fields, found 20"),
         (4, "", "expected 19 fields, found 1"),
-        (3, _row(1028, 20).replace(",25,", ",2.5,"), "expected integers, found '2.5'"),
-        (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected integers, found '1_0'"),
+        (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected numbers, found '1_0'"),
         (4, _row(1085, 30), "found 57 ms"),
         (4, _row(1028, 30), "found 0 ms"),
     ],

@@ -1,17 +1,19 @@
 """Sessions whose files are named by a session file: any container, any layout, any label."""
 
 import json
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import afferents
 from afferents.errors import InputError
-from afferents.recordings.check import check_recording
+from afferents.recordings.check import check_files, check_recording
 from afferents.recordings.media import ImageFolder, Pattern
-from afferents.recordings.session import require_rates_that_agree
+from afferents.recordings.session import recordings_of, require_rates_that_agree
 from afferents.recordings.session_file import session_file
 from afferents.recordings.video import VideoFile
 
@@ -241,6 +243,54 @@ def test_rates_that_contradict_each_other_are_refused(lab, write_video, write_au
     assert [r.audio.read().sizes["channel"] for r in session.recordings] == [1, 1]
 
 
+def test_pictures_of_two_sizes_are_refused(lab, write_video):
+    root = lab(["a.avi"], TWO)
+    write_video(root / "b.avi", size=(80, 48))
+    session = afferents.read_session(root)
+    with pytest.raises(InputError, match="one size, found 64x48 px in a, 80x48 px in b; make"):
+        require_rates_that_agree(session, session.declared)
+
+
+def test_a_folder_of_ones_own_is_where_a_drum_is_logged(empty):
+    toml = 'pattern = "{texture}/{speed}{*}/{*}.avi"\n'
+    root = empty(["felt/20/v.avi", "felt/40/v.avi", "silk/20x/a.avi", "silk/40x/b.avi"], toml)
+    sources = [r.source for r in afferents.read_session(root).recordings]
+    assert sources == [root / name for name in ("felt/20", "felt/40", "silk/20x", "silk/40x")]
+    toml = 'pattern = "{texture}_{speed}.avi"\n'
+    root = empty(["felt_20.avi", "felt_40.avi"], toml)  # a log there may be of either
+    sources = [r.source.name for r in afferents.read_session(root).recordings]
+    assert sources == ["felt_20.avi", "felt_40.avi"]
+
+
+@pytest.mark.parametrize(
+    ("checksum", "sentence"),
+    [
+        ('{"sub/a.avi" = "00"}', "checksums of a's a.avi, found sub/a.avi alone; name"),
+        ('{"a.avi" = "00"}', "checksum session.toml declares, found another"),
+    ],
+)
+def test_a_checksum_of_another_file_is_refused(lab, checksum, sentence):
+    root = lab(["sub/a.avi"], f"{ONE.replace('a.avi', 'sub/a.avi')}[checksums]\na = {checksum}\n")
+    session = afferents.read_session(root)
+    with pytest.raises(InputError, match=sentence):
+        check_files(session.recordings[0], session.declared)
+
+
+def test_checksums_may_be_in_capitals(lab):
+    root = lab(["a.avi"], ONE)
+    found = sha256((root / "a.avi").read_bytes()).hexdigest().upper()
+    (root / "session.toml").write_text(f'{ONE}[checksums]\na = {{"a.avi" = "{found}"}}\n')
+    session = afferents.read_session(root)
+    check_files(session.recordings[0], session.declared)
+
+
+def test_videos_come_back_at_the_rate_at_which_they_were_extracted(lab):
+    session = afferents.read_session(lab(["a.avi"], ONE))
+    stored = xr.Dataset(attrs={"name": "a", "declared": '{"fps_hz": 45.0}'})
+    frames = list(recordings_of(session, [stored])["a"].video.frames())
+    np.testing.assert_allclose([f.time_s for f in frames], np.arange(len(frames)) / 45)
+
+
 def test_sound_may_end_with_the_constant_speed(lab, write_audio):
     toml = ONE + 'audio = "a.wav"\n'
     root = lab(["a.avi"], toml, n_frames=270)  # 3 s
@@ -280,6 +330,9 @@ def test_rows_of_a_table_are_recordings_and_other_columns_conditions(empty):
     large = afferents.Session.from_table(TABLE.assign(texture=[1234567, 1234568]), root)
     assert large.textures == ("1234567", "1234568")
     assert session.declared.sensor == "hex127"
+    more = TABLE.assign(id=[7, 8], washed=[True, False])
+    numbered = afferents.Session.from_table(more, root).recordings
+    assert {(r.name, r.conditions["washed"]) for r in numbered} == {("7", "True"), ("8", "False")}
 
 
 @pytest.mark.parametrize(
@@ -289,6 +342,7 @@ def test_rows_of_a_table_are_recordings_and_other_columns_conditions(empty):
         (TABLE.iloc[:0], "a row for each recording, found none"),
         (TABLE[["video"]], "a recording with the key 'texture'"),
         (TABLE.assign(speed=20), "which is speed_mm_s"),
+        (TABLE.assign(conditions="dry"), r"row 0 of the table: .*conditions"),
     ],
 )
 def test_a_table_that_makes_no_sense(empty, table, sentence):

@@ -18,10 +18,9 @@ GRID = [f"{texture}/{speed}" for texture in TEXTURES for speed in SPEEDS]
 def test_published_layout(write_session):
     root = write_session(*GRID)
     (root / "0/10/throw_away.mp4").touch()
-    for other in ("processed/vibration/0", "models/static_SA/0", "figures", "static/0", ".cache/1"):
+    for other in ("processed/vibration/0", "models/static_SA/0", "figures", ".cache/1"):
         (root / other).mkdir(parents=True)
     (root / ".cache/1/video.mp4").touch()
-    (root / "static/0/video.mp4").touch()
     session = read_session(root)
     assert [r.name for r in session.recordings] == GRID
     assert session.textures == tuple(TEXTURES)

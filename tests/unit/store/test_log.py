@@ -27,13 +27,8 @@ def test_numbers_are_read_as_they_were_written(tmp_path):
     assert [*zip(table.number, table.lost, strict=True)] == [row[1:] for row in ROWS]
 
 
-def test_where_there_is_no_log_there_is_none_but_an_earlier_one_is_refused(tmp_path):
+def test_where_there_is_no_log_there_is_none(tmp_path):
     assert read_log(tmp_path / "x.csv", COLUMNS) is None
-    (tmp_path / "x.parquet").touch()
-    with pytest.raises(
-        InputError, match=r"x\.csv: expected a log in CSV.*record or simulate again"
-    ):
-        read_log(tmp_path / "x.csv", COLUMNS)
 
 
 def test_the_way_is_that_of_the_log(tmp_path):

@@ -12,9 +12,9 @@ from afferents.neuro.neural import spikes_of_store
 from afferents.store.integrity import sealed
 from afferents.store.zarr_store import (
     create_store,
-    has_responses,
     open_responses,
     open_whole,
+    require_same_files,
     write_responses,
 )
 
@@ -63,12 +63,18 @@ def test_a_store_of_another_configuration_is_refused(tmp_path):
         create_store(tmp_path / "s.zarr", {**config, "method": "one-to-one"})
 
 
+def test_light_that_could_not_be_measured_stays_unknown(store):
+    write_responses(store, responses().assign_attrs(edge_px=float("nan"), speed_mm_s=float("nan")))
+    (found,) = open_whole(store)
+    assert np.isnan([found.attrs["edge_px"], found.attrs["speed_mm_s"]]).all()
+
+
 def test_a_recording_from_changed_files_is_refused(store):
-    assert not has_responses(store, "3/50", "abc")
+    require_same_files(store, "3/50", "abc")
     write_responses(store, responses())
-    assert has_responses(store, "3/50", "abc")
+    require_same_files(store, "3/50", "abc")
     with pytest.raises(InputError, match="responses of other files"):
-        has_responses(store, "3/50", "other")
+        require_same_files(store, "3/50", "other")
 
 
 @pytest.mark.parametrize("array", ["sa1", "time"])

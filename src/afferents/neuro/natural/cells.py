@@ -225,14 +225,32 @@ def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Sp
     )  # fmt: skip
     names = {cells.variable, *(one for one in (*labels, cells.rates) if isinstance(one, str))}
     variables = read_variables(file, *sorted(names))
-    rates = variables.get(cells.rates or "")
-    trains = trains_in(variables[cells.variable], cells, file, rates)
+    content, rates = variables[cells.variable], variables.get(cells.rates or "")
+    if _has_one_struct(described, variables):
+        content, rates = _in_a_cell(content), _in_a_cell(rates)
+    trains = trains_in(content, cells, file, rates)
     axes = [str(axis) for axis in trains.dims if axis != "fibre"]
     known = _Conditions(dict(trains.sizes), variables, description)
     units, table = known.units(described.fibres), known.trials(trials, cells, axes)
     rows = trains.transpose(*axes, "fibre").values.reshape(-1, len(units))
     there = [any(train is not None for train in row) for row in rows]
     return Spikes.from_trains(rows[there].tolist(), units, table[there], file)
+
+
+def _has_one_struct(described: NaturalFile, variables: dict[str, Any]) -> bool:
+    """Tell whether fibres are an array of one struct, which MATLAB keeps as that struct alone."""
+    cells, classes = described.spikes, described.fibres.classes
+    known = variables[classes] if isinstance(classes, str) else classes
+    return "." in cells.variable and cells.levels[:1] == (("fibre",),) and np.size(known) == 1
+
+
+def _in_a_cell(content: Any) -> Any:
+    """Return what one fibre has as an array of fibres has it; as it is, if it is one of one."""
+    if content is None or np.size(content) == 1:
+        return content
+    array = np.empty(1, object)
+    array[0] = content
+    return array
 
 
 class _Conditions:

@@ -1,6 +1,6 @@
 """Tables with a row a spike, and NWB files, as `Spikes`: both hold fibres and trials in columns."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -8,14 +8,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.neuro.natural.description import (
     MM_S,
     SECONDS,
     Columns,
-    Fibres,
     NaturalFile,
-    Trials,
     as_text,
     classes_of,
 )
@@ -23,10 +22,6 @@ from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
 _TRIAL = ["texture", "speed_mm_s", "repetition"]
-_READERS: dict[str, Callable[[Path], pd.DataFrame]] = {
-    ".csv": pd.read_csv,
-    ".parquet": pd.read_parquet,
-}
 
 
 def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Spikes:
@@ -63,26 +58,52 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     """Return the table with the columns that this package calls them by."""
     if file.suffix.lower() == ".parquet":
         import_extra("parquet", str(file), "pyarrow")
-    with reading(file, "a table that can be read"):
-        read = _READERS[file.suffix.lower()](file.absolute())
     columns, duration_s = described.columns, described.trials.duration_s
+    texts = {"fibre": columns.fibre, "class": columns.fibre_class, "texture": columns.texture}
+    with reading(file, "a table that can be read"):
+        if file.suffix.lower() == ".parquet":
+            read = pd.read_parquet(file.absolute())
+        else:
+            read = _read_csv(file.absolute(), texts.values())
     if not isinstance(duration_s, float | str):
         there = "nothing" if duration_s is None else "a list"
         raise InputError(
             f"{file}: expected how long trials last, found {there}; write duration_s in [trials]: "
             "a number, or the name of a column"
         )
-    texts = {"fibre": columns.fibre, "class": columns.fibre_class, "texture": columns.texture}
-    found = {name: column_of(read, own, file).map(as_text) for name, own in texts.items()}
+    found = {name: _texts_of(read, own, file) for name, own in texts.items()}
     found["time_s"] = numbers_of(read, columns.time, file) * SECONDS[described.spikes.unit]
-    table = pd.DataFrame(found).assign(speed_mm_s=speeds_of(read, described, file), repetition=0)
+    speed = speeds_of(read, described, file)
+    table = pd.DataFrame(found).assign(speed_mm_s=speed, repetition=0)
     if columns.repetition in read:
         table["repetition"] = numbers_of(read, columns.repetition, file)
-    _require_one_trial(table, read.drop(columns=[*dict(columns).values()], errors="ignore"), file)
+    used = dict(columns)
+    if not isinstance(speed, pd.Series):
+        del used["speed"]  # which nobody took the speed from, but which tells trials apart
+    _require_one_trial(table, read.drop(columns=[*used.values()], errors="ignore"), file)
     in_column = isinstance(duration_s, str)
     return table.assign(
         duration_s=numbers_of(read, str(duration_s), file) if in_column else duration_s
     )
+
+
+def _read_csv(file: Path, texts: Collection[str]) -> pd.DataFrame:
+    """Return a table; in its columns of texts, NA and the like are names."""
+    table = pd.read_csv(file)
+    there = [str(name) for name in table if name in texts]
+    table[there] = pd.read_csv(file, usecols=there, keep_default_na=False, na_values=[""])[there]
+    return table
+
+
+def _texts_of(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
+    """Return a column of labels; refuse one in which some are missing."""
+    column = column_of(table, name, file)
+    if (missing := column.isna().to_numpy()).any():
+        raise InputError(
+            f"{file}: expected '{name}' of every row, found none in row {missing.argmax() + 1}; "
+            "write it, or remove the row"
+        )
+    return column.map(as_text)
 
 
 def _require_one_trial(table: pd.DataFrame, others: pd.DataFrame, file: Path) -> None:
@@ -191,15 +212,17 @@ def read_nwb(
     Raises
     ------
     InputError
-        If the file can't be read, or has no units, trials or such columns.
+        If the file can't be read, or has no units, trials or such columns, or an argument is not
+        what it should be.
     """
     columns = {"texture": texture, "speed": speed or "", "repetition": repetition}
-    described = NaturalFile(
-        file=str(path),
-        columns=Columns(**columns, fibre=fibre, fibre_class=fibre_class),
-        fibres=Fibres(words=dict(words or {})),
-        trials=Trials(speed_unit=speed_unit, speed_unknown=speed is None),
-    )
+    given = {
+        "file": str(path),
+        "columns": {**columns, "fibre": fibre, "fibre_class": fibre_class},
+        "fibres": {"words": dict(words or {})},
+        "trials": {"speed_unit": speed_unit, "speed_unknown": speed is None},
+    }
+    described = as_form(given, NaturalFile, "read_nwb", "arguments")
     return spikes_of_nwb(Path(path), described, Path(path))
 
 
@@ -285,7 +308,7 @@ def _cut(
 def _trials(trials: pd.DataFrame, described: NaturalFile, path: Path) -> pd.DataFrame:
     """Return the trials by the names of this package; further columns are conditions."""
     columns = described.columns
-    found = pd.DataFrame({"texture": column_of(trials, columns.texture, path).map(as_text)})
+    found = pd.DataFrame({"texture": _texts_of(trials, columns.texture, path)})
     found["speed_mm_s"] = speeds_of(trials, described, path)
     if columns.repetition in trials:
         found["repetition"] = trials[columns.repetition]
