@@ -13,13 +13,13 @@ import pytest
 import scipy.io
 from tests.unit.neuro.conftest import FINGERTIP
 
+from afferents import read_natural
 from afferents.errors import InputError
 from afferents.neuro import (
     accuracy_by_resolution,
     cut_windows,
     decode,
     left_out,
-    read_natural,
     without_gaps,
 )
 from afferents.spikes import Spikes

@@ -49,7 +49,6 @@ def test_the_example_is_a_plan(tmp_path):
     ("before", "after", "said"),
     [
         ('"linen"', '"../linen"', "names that folders may have"),
-        ('"linen"', '"figures"', "names that folders may have"),
         ('"linen"', '"2.0"', "each texture under one name"),
         ('"linen"', '"2"', "each texture and each speed once"),
         ("[20, 40]", "[20, -40]", r"speeds_mm_s.1: greater than 0, found -40"),
