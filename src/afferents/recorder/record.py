@@ -323,7 +323,8 @@ class Recorder:
                 if last is not None:
                     self.watch.taken_back()
                     self._kept.open()  # its drum may have been taken off
-                    self._record_run(last)
+                    while not self._record_run(last):
+                        pass  # it is asked for already
             last = entry if entry.name not in self._outcome.kept_aside else last
 
     def _record_run(self, entry: Entry) -> bool:

@@ -188,6 +188,7 @@ class RecordedSession:
             earlier = self.put_aside(target, entry.name, AGAIN) if target.exists() else None
             folder.replace(target)
         self._save()
+        _sync_names(target.parent)
         return earlier
 
     def put_aside(self, folder: Path, name: str, why: str, checks: Sequence[Check] = ()) -> Path:
@@ -217,6 +218,17 @@ class RecordedSession:
         sums |= {name: said.pop(_SUMS) for name, said in about.items()}
         self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
         write_json(self._file, self._content)
+        _sync_names(self.root)
+
+
+def _sync_names(folder: Path) -> None:
+    """Have a folder's names written to the disk, where folders can be opened: not on Windows."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 def _sync(folder: Path) -> None:

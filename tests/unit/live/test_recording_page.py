@@ -71,7 +71,8 @@ def test_next_redo_and_stop(launch, tmp_path):
             state = until(visitor, lambda r: r["done"] == 1 and "next" in r["can"])
             assert state["recording"]["attempt"] == 1  # what was asked for is not counted
             assert running.ask("redo", word) == 200  # of the run that was accepted
-            until(visitor, lambda r: r["done"] == 0)
+            until(visitor, lambda r: r["done"] == 0 and "next" in r["can"])  # its drum, again
+            assert running.ask("next", word) == 200
             state = until(visitor, lambda r: r["done"] == 1 and "next" in r["can"])
             assert state["recording"]["say"].startswith("change the drum to ")
             until(visitor, lambda r: True, lambda video: len(video.get("markers", ())) == 361)
