@@ -9,7 +9,7 @@ from afferents.devices.base import CameraSettings
 Luma = NDArray[np.uint8]
 
 LIMITED = np.clip((np.arange(256) - 16) * 255 / 219, 0, 255).round().astype(np.uint8)
-"""Grey level of each luma value of limited range (ITU-R BT.601: 16 black, 235 white)."""
+"""Grey level of each luma value from 16 to 235, as cameras give YUYV."""
 
 
 def picture_of(data: bytes, settings: CameraSettings) -> tuple[Luma, Luma | None] | None:

@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -332,7 +333,10 @@ def _note(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]
         for folder, name in sorted(names.items())
         if (folder / RUN).is_file()  # of those that were recorded or imported here
     }
-    there = {(name.parts[0], float(name.parts[1])) for name in names.values()}
+    there: set[tuple[str, float]] = set()
+    for texture, speed, *_ in (name.parts for name in names.values()):
+        with suppress(ValueError):  # a folder that no speed names is refused when it is read
+            there.add((texture, float(speed)))
     grid = {(texture, speed) for texture, _ in there for _, speed in there}
     grid |= {(str(texture), float(speed)) for texture, speed in earlier.get("holes", ())}
     content = {

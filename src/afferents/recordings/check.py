@@ -174,7 +174,7 @@ def _doubt_lengths(
         return []
     bound = f"at least {least_s:.2f}" if audio_s < least_s else f"at most {most_s:.2f}"
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
-    cause = f"if its {video.fps_hz:g} frames a second are wrong, give {FPS}"
+    cause = f"if the video's {video.fps_hz:g} frames a second are wrong, give the true {FPS}"
     return [QualityIssue("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
 
 

@@ -96,15 +96,16 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
     InputError
         Naming two recordings that contradict each other.
     """
-    sizes = [(r.name, _size(r, declared)) for r in session.recordings]
-    of_size = [(name, size) for name, size in sizes if size]
-    for name, size in of_size:
-        if size != of_size[0][1]:
-            (first, (w, h)) = of_size[0]
-            raise InputError(
-                f"{session.root}: expected pictures of one size, found {w}x{h} px in {first}, "
-                f"{size[0]}x{size[1]} px in {name}; make a session of each size"
-            )
+    sizes: dict[str, str] = {}
+    for recording in session.recordings:
+        if size := _size(recording, declared):
+            sizes.setdefault(size, recording.name)
+    if len(sizes) > 1:
+        found = ", ".join(f"{size} px in {name}" for size, name in sizes.items())
+        raise InputError(
+            f"{session.root}: expected pictures of one size, found {found}; make a session of "
+            "each size"
+        )
     each = "make a session of each rate"
     true = f"if a container is wrong, write the recording's true fps_hz, else {each}"
     for what, tolerance, unit, do in (
@@ -122,13 +123,13 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
                 )
 
 
-def _size(recording: Recording, declared: SessionFile) -> tuple[int, int] | None:
-    """Return its pictures' width and height, px; None where another sensor, or the file, says."""
+def _size(recording: Recording, declared: SessionFile) -> str:
+    """Return its pictures' size; nothing where its own sensor, or what is declared of all, says."""
     if recording.video is None or recording.sensor or declared.frame_width:
-        return None
+        return ""
     with suppress(InputError):  # which extracting it says
-        return recording.video.width, recording.video.height
-    return None
+        return f"{recording.video.width}x{recording.video.height}"
+    return ""
 
 
 def _rate(recording: Recording, what: str, declared: SessionFile) -> float | None:
@@ -277,8 +278,7 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
     Where ``session.toml`` or ``session.json`` names files, by a list or a pattern, these are the
     recordings. Else a condition is a folder two levels down, or of a repetition three, that holds
     a `video` of any kind or `audio.wav`; folders without conditions and hidden ones are ignored.
-    Only the grid is checked here; `check_recording` checks one
-    recording.
+    Only the grid is checked here; `check_recording` checks one recording.
 
     Parameters
     ----------

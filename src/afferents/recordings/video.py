@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import av
 import numpy as np
@@ -16,13 +16,18 @@ from av.video.plane import VideoPlane
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
-from afferents.devices.picture import LIMITED
 from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
 from afferents.recordings.media import ImageFolder
 from afferents.store.recording import Frame, GreyImage, Video
+
+_BLACK, _WHITE = 16, 235
+_EXPANDED: Final = np.clip(
+    np.round((np.arange(256) - _BLACK) * 255 / (_WHITE - _BLACK)), 0, 255
+).astype(np.uint8)
+"""Grey level of each luma value of limited range (ITU-R BT.601: 16 black, 235 white)."""
 
 _END_TOLERANCE_S = 0.5
 """How far a video may fall short where the container declares a duration, but no count."""
@@ -251,7 +256,7 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
         return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
     is_full = frame.color_range == ColorRange.JPEG or layout.name.startswith(("yuvj", "gray"))
-    return _luma(frame.planes[0]), None if is_full else LIMITED
+    return _luma(frame.planes[0]), None if is_full else _EXPANDED
 
 
 def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:

@@ -91,6 +91,17 @@ def test_recordings_that_were_there_before_make_holes_too(files, tmp_path, make_
     assert len(afferents.read_session(session).recordings) == 2
 
 
+def test_a_folder_that_no_speed_names_does_not_stop_an_import(files, tmp_path):
+    video, audio, times, _ = files
+    session = tmp_path / "S"
+    afferents.import_recording(video, audio, times, session, "4", 40)
+    (session / "notes/spoken").mkdir(parents=True)
+    (session / "notes/spoken/audio.wav").touch()
+    afferents.import_recording(video, audio, times, session, "4", 60)
+    with pytest.raises(InputError, match="named by its speed in mm/s, found 'spoken'"):
+        afferents.read_session(session)
+
+
 def test_b_frames_in_an_avi_are_refused(files, tmp_path):
     _, audio, times, _ = files
     video = tmp_path / "b.avi"

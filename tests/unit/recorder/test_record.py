@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -324,6 +325,7 @@ def test_what_was_typed_during_a_run_answers_nothing(monkeypatch):
     master, slave = pty.openpty()
     monkeypatch.setattr("sys.stdin", os.fdopen(slave))
     os.write(master, b"r\n")
+    assert select.select([slave], [], [], 60)[0]  # it is there before anybody is asked
     shown = "afferents.recorder.record.show_in_terminal"
     monkeypatch.setattr(shown, lambda _: os.write(master, b"\n"))
     ask_in_terminal("change the drum to 4")  # raises OnceMoreError where the r was taken

@@ -49,7 +49,8 @@ def checked(session):
         ),
         (
             {"fps_hz": TOLD_HZ},
-            "for a video of 9.00 s, found 3.00 s; if its 30 frames a second are wrong, give --fps",
+            "for a video of 9.00 s, found 3.00 s; if the video's 30 frames a second are wrong, "
+            "give the true --fps",
         ),
     ],
 )
