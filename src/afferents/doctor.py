@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, metadata, requires, version
 from types import ModuleType
 from typing import Literal
 
+from joblib import cpu_count
 from packaging.requirements import Requirement
 
 from afferents.plugins import how_to_install
@@ -33,7 +34,7 @@ def diagnose() -> tuple[list[tuple[str, str]], list[str]]:
         ("afferents", __version__),
         ("Python", sys.version.split()[0]),
         ("system", platform.platform()),
-        ("processor", f"{processor()}, {_cores()} cores usable"),
+        ("processor", f"{processor()}, {cpu_count()} cores usable"),
         ("memory", _memory()),
         *_computing(missing),
         ("free disk here", f"{shutil.disk_usage('.').free / 1e9:.0f} GB"),
@@ -145,9 +146,3 @@ def _memory() -> str:
     except (AttributeError, ValueError, OSError):  # not POSIX
         return "unknown"
     return f"{pages * size / 1e9:.0f} GB"
-
-
-def _cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -330,3 +330,8 @@ def test_labels_may_be_called_na_and_may_not_be_missing(tmp_path, table, suffix)
             assert set(found.trials["texture"]) == {"denim", "NA", "corduroy"}
     with pytest.raises(InputError, match="'texture' of every row, found none in row"):
         read_natural(described(tmp_path, text))
+
+
+def test_a_unit_of_speeds_that_are_given_in_mm_s_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"speed_unit is of speeds in the file"):
+        read_natural(described(tmp_path, DESCRIPTION + 'speed_unit = "cm/s"'))

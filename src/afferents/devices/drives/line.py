@@ -195,8 +195,6 @@ class Template(StrictForm):
         What the group ``fault`` holds if there is none.
     feed
         Lines at each read while it turns: they keep its watchdog quiet, or say its speed again.
-    watchdog
-        Whether the drive stops by itself when it hears nothing more.
     control
         ``drive`` closes the loop over speed itself; of ``duty`` we do.
     """
@@ -215,7 +213,6 @@ class Template(StrictForm):
     read: tuple[Question, ...] = Field(min_length=1)
     no_fault: str = "0"
     feed: tuple[str, ...] = ()
-    watchdog: bool = False
     control: Literal["drive", "duty"] = "drive"
 
     @model_validator(mode="after")

@@ -124,6 +124,13 @@ class Trials(StrictForm):
     durations_by: tuple[str, ...] = ("speed",)
     conditions: dict[str, Labels] = Field(default_factory=dict)
 
+    @model_validator(mode="after")
+    def _has_one_unit(self) -> Self:
+        given = self.speeds_mm_s != () and not isinstance(self.speeds_mm_s, str)
+        if given and self.speed_unit != "mm/s":
+            raise ValueError("speed_unit is of speeds in the file; speeds_mm_s are in mm/s")
+        return self
+
 
 class Columns(StrictForm):
     """Columns of an NWB file's units and trials, or of a table with a row a spike.
