@@ -4,6 +4,7 @@ import pytest
 
 from ..hiding import runner
 
+pytestmark = pytest.mark.system
 OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow")
 NATURAL = """
 file = "x.parquet"

@@ -3,8 +3,11 @@
 import os
 from asyncio import selector_events
 
+import pytest
+
 from ..hiding import runner
 
+pytestmark = pytest.mark.system
 MODULES = ("fcntl", "grp", "pty", "pwd", "resource", "syslog", "termios", "tty")
 NAMES = {
     "os": (

@@ -183,6 +183,7 @@ def test_a_task_that_is_none_is_refused_by_its_key(tmp_path):
         find_task(str(tmp_path / "t.toml"))
 
 
+@pytest.mark.system
 def test_the_rigs_task_makes_its_own_data(tmp_path, monkeypatch):
     """Smaller than it is, or it would take a minute."""
     module = import_module("afferents.benchmark.tasks")
