@@ -139,6 +139,8 @@ def _write(
                 "imported": files.origin,
             }
             write_json(partial / RUN, about)
+            if not earlier:  # before the recording appears: killed here, another can still join
+                write_json(session / SESSION_FILE, declared)
         _note(session, earlier, declared)
     return checks
 
