@@ -441,7 +441,7 @@ def _shear(number: int) -> None:
         rows.append([f"`{name}`", *map(shown, of_model), difference(after, before)])
     figure, axes = plt.subplots(1, 2, figsize=(11, 3.4), layout="constrained")
     bars(axes[0], names, mounted)
-    bars(axes[1], names, on_prints, textures=(13,))
+    bars(axes[1], names, on_prints)
     save(number, figure)
     write(number, "Shear, pattern or vibration", {**once, **anew, **same, **printed}, rows)
 
