@@ -119,6 +119,9 @@ class VideoFile:
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, in order of presentation, one frame at a time.
 
+        A damaged JPEG (cut short on the cable, say) is left out, which the times show as a gap:
+        each JPEG stands alone. In other codecs, what follows a damaged picture is built on it.
+
         Yields
         ------
         Frame
@@ -129,26 +132,51 @@ class VideoFile:
         Raises
         ------
         InputError
-            If the file is no video, cannot be decoded to its end, or ends before the end that
-            its container declares.
+            If the file is no video, cannot be decoded to its end, ends before the end that its
+            container declares, does not begin with a key frame, or its pictures change size.
         """
-        n, end_s, fault = 0, 0.0, ""
+        n, n_damaged, end_s, fault = 0, 0, 0.0, ""
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "NONE"  # threads cost half as much again; videos go side by side
-            frames = container.decode(stream)
+            frames = _decode(container, stream)
             while not fault:
                 ahead, fault = _read_ahead(frames)
                 for frame in ahead:
+                    if frame is None:
+                        n_damaged += 1
+                        continue
                     time_s, duration_s = self._times_s(frame, n)
+                    if n == 0:
+                        self._require_key_frame(frame, time_s, n_damaged)
+                    self._require_size(frame, time_s)
                     own_s = time_s - self.header.origin_s
-                    shown_s = n / self.rate_hz if self.rate_hz else own_s
+                    shown_s = (n + n_damaged) / self.rate_hz if self.rate_hz else own_s
                     n, end_s = n + 1, time_s + duration_s
                     yield Frame(shown_s, *luma_of(frame), _in_colour(frame))
         if fault != _END:
             raise self._stopped(n, end_s, f"decoding stops ({fault})")
         if self._ends_early(n, end_s):
             raise self._stopped(n, end_s, "the video ends")
+
+    def _require_key_frame(self, frame: VideoFrame, time_s: float, n_damaged: int) -> None:
+        """Refuse a clip that was cut where no picture stands alone: its rest frames are gone."""
+        late_s = time_s - self.header.start_s
+        if frame.key_frame and (n_damaged or late_s < 1.5 / self.header.fps_hz):
+            return
+        raise InputError(
+            f"{self.path}: expected a first picture that can be decoded alone (a key frame), found "
+            f"none before {max(late_s, 0):.2f} s; cut the clip at a key frame, or export it again"
+        )
+
+    def _require_size(self, frame: VideoFrame, time_s: float) -> None:
+        """Refuse pictures of another size than the first: the camera came back set otherwise."""
+        if (frame.width, frame.height) != (self.width, self.height):
+            raise InputError(
+                f"{self.path}: expected pictures of {self.width}x{self.height} px to the end, found "
+                f"{frame.width}x{frame.height} px at {time_s:.2f} s; cut the clip there, or record "
+                "it again"
+            )
 
     def _times_s(self, frame: VideoFrame, n: int) -> tuple[float, float]:
         """Return the presentation time of frame n and how long it is shown, s."""
@@ -231,12 +259,33 @@ def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolde
     return images
 
 
-def _read_ahead(frames: Iterator[VideoFrame]) -> tuple[list[VideoFrame], str]:
+def _decode(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
+    """Yield the frames of a stream, and None for each JPEG that is damaged.
+
+    FFmpeg marks no JPEG as corrupt. Told to explode, it refuses all that are cut short, and some
+    of those in which bits are wrong.
+    """
+    codec = stream.codec_context
+    stands_alone = codec.name == "mjpeg"
+    if stands_alone:
+        codec.options = {"err_detect": "explode"}
+    for packet in container.demux(stream):
+        try:
+            yield from packet.decode()
+        except av.InvalidDataError:
+            if not stands_alone:
+                raise
+            yield None
+
+
+def _read_ahead(
+    frames: Iterator[VideoFrame | None],
+) -> tuple[list[VideoFrame | None], str]:
     """Decode a few frames; say why there are no more after them, or nothing."""
-    ahead: list[VideoFrame] = []
+    ahead: list[VideoFrame | None] = []
     try:
         for frame in islice(frames, _AHEAD):
-            if frame.is_corrupt:
+            if frame is not None and frame.is_corrupt:
                 return ahead, "a damaged frame"
             ahead.append(frame)
     except av.FFmpegError as error:
