@@ -78,6 +78,15 @@ ON_ONE_BLOB = 0.4
 BETTER = 0.01
 """So much of all markers more must find blobs of their own under other names; two at least."""
 _N_EDGES, _N_PARTS, _ROUNDS = 6, 2, 40
+TEAR = 0.1
+"""Neighbours whose steps since the last frame differ by this share of their distance may lie on
+either side of a line across which a damaged picture is torn,"""
+RIGID = 0.03
+"""where those beyond the line all make the same step, and the others the one that they made before,
+within this share;"""
+LEVEL = 0.95
+"""the line is level in so far as this share of pairs, one from either side, lies in one order."""
+_FEWEST = 3
 
 Look = Callable[[Positions], Positions]
 """Looks for markers near where they are expected, (n, 2), px, NaN for not at all; returns where
@@ -105,7 +114,7 @@ class SlipCheck:
         edge = rest[self._to] - rest[:, None]
         length = np.hypot(edge[..., 0], edge[..., 1])
         self._spacing = float(np.median(length[:, 0])) if length.size else np.inf
-        self._limit = (TORN * length) ** 2
+        self._limit, self._tear = (TORN * length) ** 2, (TEAR * length) ** 2
         middle = np.hypot(*(rest - rest.mean(axis=0)).T).argmin()
         self._pitches = edge[middle]
         self._margin = max(2.0, BETTER * len(rest))
@@ -127,6 +136,37 @@ class SlipCheck:
         n_torn = self._torn(position).sum(axis=1)
         off: NDArray[np.bool_] = (n_torn > 0) & (2 * n_torn >= n_seen)
         return off
+
+    def torn_across(
+        self, position: Positions, before: Positions, step: Positions
+    ) -> NDArray[np.bool_] | None:
+        """Return which markers lie where a damaged picture is shifted, (n,); None if it is whole.
+
+        A wrong bit in a JPEG shifts all that follows by whole blocks, row after row, until the end
+        or until another error undoes it. No skin moves like that: as one piece below a level line,
+        and not at all above it. The part that goes on as it moved before is believed.
+
+        Parameters
+        ----------
+        position, before
+            Now and in the last frame, shape (n, 2), px, NaN where lost.
+        step
+            By which the markers had moved there, shape (n, 2), px.
+        """
+        if self._to.shape[1] < 2 or not kernel.any_torn(position, before, self._to, self._tear):
+            return None
+        near = RIGID * self._spacing
+        moved, y = position - before, before[:, 1]
+        goes_on = np.hypot(*(moved - step).T) < near
+        others = ~goes_on & ~np.isnan(moved[:, 0])
+        if min(goes_on.sum(), others.sum()) < _FEWEST:
+            return None
+        shift = np.median(moved[others], axis=0)
+        shifted = others & (np.hypot(*(moved - shift).T) < near)
+        if 2 * shifted.sum() < others.sum() or np.hypot(*shift) < TEAR * self._spacing:
+            return None
+        below = (y[shifted] > y[goes_on][:, None]).mean()
+        return ~goes_on if max(below, 1 - below) > LEVEL else None
 
     def settle(self, position: Positions, blobs: Positions, look: Look) -> Positions | None:
         """Return the markers' positions under better names; None if there are none.

@@ -41,6 +41,8 @@ class Audit:
         Frames in which names were in doubt and were checked by the layout's order.
     slips
         Of these, those in which markers had slipped to their neighbours' blobs, and were put right.
+    torn
+        Frames of which a part was shifted as no skin can be; the markers there were lost.
     """
 
     shared: int = 0
@@ -49,6 +51,7 @@ class Audit:
     searches: int = 0
     checks: int = 0
     slips: int = 0
+    torn: int = 0
 
 
 class Renamed(NamedTuple):
@@ -91,6 +94,8 @@ _FAR_RADII = 8.0
 """Markers farther apart than this many radii are as good as alone."""
 _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
+_MOST = 0.9
+"""Below this share of markers found the picture may be damaged."""
 _CHECK, _LONGEST = 4, 64
 """Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
@@ -200,7 +205,8 @@ class Windowed:
             self._look_where_neighbours_are(image, position, found)
             if found.mean() < _ENOUGH:
                 self._search(image, predicted, position, found)
-        self._check_names(image, position, found)
+        if not self._lose_shifted_part(image, position, found):
+            self._check_names(image, position, found)
         kernel.remember(
             image,
             position,
@@ -215,6 +221,24 @@ class Windowed:
         if not found.all():
             self._follow_others_light(found)
         return Tracked(position, found)
+
+    def _lose_shifted_part(
+        self, image: GreyImage, position: Positions, found: NDArray[np.bool_]
+    ) -> bool:
+        """Lose the markers in the shifted part of a damaged picture; return whether it is one."""
+        there = position
+        if found.mean() < _MOST or self.jump_px > FAR * self._reach:
+            # Where most were shifted, the others were not looked for where they still are.
+            stayed = np.where(found[:, None], np.nan, self._expected + self._step)
+            there = np.where(found[:, None], position, self._seen(image, stayed))
+        shifted = self._slips.torn_across(there, self._expected, self._step)
+        if shifted is None:
+            return False
+        self.audit.torn += 1
+        self.renamed, self.jump_px = None, 0.0
+        position[:] = np.where(shifted[:, None], np.nan, there)
+        found[:] = ~np.isnan(position[:, 0])
+        return True
 
     def _check_names(self, image: GreyImage, position: Positions, found: NDArray[np.bool_]) -> None:
         """Where names are in doubt, look whether markers slipped to their neighbours' blobs."""
