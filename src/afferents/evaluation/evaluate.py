@@ -123,13 +123,13 @@ def open_evaluation(
     from afferents.evaluation.data import open_data, recordings_in
     from afferents.evaluation.encode import best_of
     from afferents.evaluation.recipe import FIELD, Evaluation, Recipe, by_length, lengths_in
-    from afferents.extraction.copies import warn_of_copies
+    from afferents.extraction.copies import warn
 
     models = models_in(options.models)
     lengths = lengths_in(options.encoding.get(FIELD))
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FIELD)}
     opened = open_data(sources_in(data), options.without, options.keep_going, progress)
-    warn_of_copies(recordings_in(opened), progress)
+    warn(recordings_in(opened), progress)
     used = options.ablation.recordings(recordings_in(opened))
     encodings = encodings_for(opened, options.cut, wanted, options.steady, used)
     if "best" in names_in(options.models) or not models:

@@ -206,8 +206,8 @@ class Skipped(Schema):
     reason: str
 
 
-class Accepted(Schema):
-    """A recording that `extract --accept` kept as it is, and what is wrong with it."""
+class WithIssues(Schema):
+    """A recording that was used though something is wrong with it."""
 
     recording: str
     found: tuple[str, ...] = Field(min_length=1)
@@ -257,7 +257,7 @@ class About(Schema):
     """Training recipe."""
     skipped: tuple[Skipped, ...]
     """`recording` and `reason` of what `--keep-going` left out."""
-    accepted: tuple[Accepted, ...] = ()
+    issues: tuple[WithIssues, ...] = ()
     """`recording`, and in sentences what was `found` wrong with it; only where there is any."""
     lost: Lost | None = None
     """Share of marker positions that were lost; only where there are markers."""

@@ -31,7 +31,6 @@ from afferents.evaluation.metrics import (
 )
 from afferents.evaluation.results import PREDICTIONS, SUMMARY
 from afferents.evaluation.schemas import (
-    Accepted,
     Accuracies,
     Comparison,
     Difference,
@@ -42,10 +41,11 @@ from afferents.evaluation.schemas import (
     Outcome,
     Summary,
     WithInside,
+    WithIssues,
 )
 from afferents.files import write_aside
 from afferents.folds.held_out import column_of, key_of
-from afferents.store.responses import Responses, doubts_in, read_whole
+from afferents.store.responses import Responses, issues_in, read_whole
 
 
 def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
     Returns
     -------
     dict
-        `accepted`, of each recording that was kept with ``--accept`` what is wrong with it;
+        `issues`, of each recording that was kept though something is wrong with it, what;
         `lost`, the share of marker positions (time, marker) that were lost, from 0 to 1: median
         over recordings, worst, and in which. Each is left out where there is none.
 
@@ -63,17 +63,17 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
     InputError
         If what a store says of lost markers can't be read.
     """
-    accepted = [
-        Accepted(recording=str(r.attrs["name"]), found=tuple(found))
+    issues = [
+        WithIssues(recording=str(r.attrs["name"]), found=tuple(found))
         for r in recordings
-        if (found := doubts_in(r.attrs))
+        if (found := issues_in(r.attrs))
     ]
     lost = lost_of({
         str(r.attrs["name"]): share_lost(read_whole(r, dims.DETECTED), r.attrs)
         for r in recordings
         if dims.DETECTED in r
     })  # fmt: skip
-    return ({"accepted": accepted} if accepted else {}) | ({"lost": lost} if lost else {})
+    return ({"issues": issues} if issues else {}) | ({"lost": lost} if lost else {})
 
 
 def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:

@@ -389,14 +389,14 @@ def train(
     >>> card.textures
     ('1', '2', '3')
     """
-    from afferents.extraction.copies import warn_of_copies
+    from afferents.extraction.copies import warn
 
     chosen, asked = TrainingOptions(**options), models_in(model)
     if len(asked) + ("best" in names_in(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
-        warn_of_copies(recordings_in(opened), progress)
+        warn(recordings_in(opened), progress)
         (one,) = asked or [best_of(recordings_in(opened))]
         encodings = encodings_for(opened, chosen.cut, chosen.encoding, chosen.steady)
         say_choice(opened, [one], encodings, progress)

@@ -1,4 +1,4 @@
-"""Warnings of recordings that are copies of others, encoded again under another name."""
+"""What a store says of its recordings: what is wrong with them, and which seem to be copies."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,9 @@ from typing import Any
 from afferents import dims
 from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
+from afferents.quality.issues import describe_issues
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
-from afferents.store.responses import Responses, doubts_in
+from afferents.store.responses import Responses, issues_in
 from afferents.store.zarr_store import store_config, stored_attributes
 
 FINGERPRINT = "fingerprint"
@@ -21,21 +22,16 @@ NAMED = 3
 
 @dataclass(frozen=True)
 class Notes:
-    """What is to be said of a store: what was accepted, by recording, copies, and rest frames."""
+    """What is wrong with a store's recordings, by name, copies among them, and rest frames."""
 
-    accepted: dict[str, list[str]]
+    issues: dict[str, list[str]]
     copies: list[Copy]
     at_rest: list[str]
 
     @property
     def sentences(self) -> list[str]:
-        """Say it, a line a recording that was accepted."""
-        kept = [
-            f"{name}: kept as it is, though wrong: {doubt}"
-            for name, doubts in self.accepted.items()
-            for doubt in doubts
-        ]
-        return [*kept, *self.at_rest, *warning_of(self.copies)]
+        """Describe it, a sentence a kind."""
+        return [*describe_issues(self.issues), *self.at_rest, *warning_of(self.copies)]
 
 
 def with_fingerprint(responses: Responses) -> Responses:
@@ -50,8 +46,8 @@ def notes_of(store: Path) -> Notes:
 
 def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
     """Return what is to be said of recordings, by the attributes of their responses."""
-    accepted = {name: doubts for name, one in attributes.items() if (doubts := doubts_in(one))}
-    return Notes(accepted, copies_among(attributes), rest_sentences(attributes))
+    issues = {name: found for name, one in attributes.items() if (found := issues_in(one))}
+    return Notes(issues, copies_among(attributes), rest_sentences(attributes))
 
 
 def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Copy]:
@@ -71,9 +67,9 @@ def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
         return {}
 
 
-def warn_of_copies(recordings: Sequence[Responses], progress: Progress) -> None:
-    """Say which recordings seem to be copies."""
-    for sentence in warning_of(copies_among({str(r.attrs["name"]): r.attrs for r in recordings})):
+def warn(recordings: Sequence[Responses], progress: Progress) -> None:
+    """Name what is wrong with recordings that are learnt from, and which seem to be copies."""
+    for sentence in notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences:
         progress.note(sentence)
 
 

@@ -17,14 +17,15 @@ from afferents.extraction.copies import notes_of, with_fingerprint
 from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, undistorted
-from afferents.markers.quality import find_hidden_markers
+from afferents.markers.quality import find_track_issues
 from afferents.markers.sensor import Lens, Sensor, Sensors, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
+from afferents.quality.frames import find_time_issues
 from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
-from afferents.quality.sound import find_overload
+from afferents.quality.sound import find_sound_issues
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files
 from afferents.recordings.media import named
@@ -33,7 +34,7 @@ from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import Footage
 from afferents.store.drum_path import logged_path
 from afferents.store.recording import Recording
-from afferents.store.responses import Responses, label, with_doubts
+from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
     attributes_there,
@@ -49,51 +50,50 @@ from afferents.store.zarr_store import (
 
 
 def watched(recording: Recording) -> Recording:
-    """Return the recording with its video measured as it is decoded, for `doubts_of`."""
+    """Return the recording with its video measured as it is decoded, for `find_issues`."""
     video = recording.video
     return recording if video is None else replace(recording, video=Footage(video))
 
 
-def doubts_of(recording: Recording, responses: Responses) -> list[QualityIssue]:
-    """Return what is wrong with a recording's pictures, markers and sound.
+def find_issues(recording: Recording, responses: Responses | None) -> list[QualityIssue]:
+    """Find what is wrong with a recording's pictures, markers and sound.
 
     Parameters
     ----------
     recording
         As `watched` returned it, its video decoded since then.
     responses
-        What was extracted of it.
+        What was extracted of it; None where no markers are followed.
     """
     video, audio, steady_s = recording.video, recording.audio, recording.steady_s
     found: list[QualityIssue] = []
     if isinstance(video, Footage):
-        found += video.find_issues(steady_s)
-        if dims.DETECTED in responses and not any(doubt.kind == "dark" for doubt in found):
-            found += find_hidden_markers(responses, video.path, steady_s)
-    if isinstance(audio, WavFile) and dims.RA2 in responses:
-        found += find_overload(responses[dims.RA2].values, audio.path, audio.sample_rate_hz)
+        is_tracked = responses is not None and dims.DETECTED in responses
+        found += find_video_issues(video, responses if is_tracked else None, steady_s)
+    if isinstance(audio, WavFile) and (responses is None or dims.RA2 in responses):
+        samples = audio.read().values if responses is None else responses[dims.RA2].values
+        found += find_sound_issues(samples, audio.path, audio.sample_rate_hz, steady_s)
     return found
 
 
-def doubts_without_tracking(recording: Recording) -> list[QualityIssue]:
-    """Decode a recording, and return what is wrong with its pictures and sound.
+def find_video_issues(
+    footage: Footage, tracks: xr.Dataset | None, steady_s: tuple[float, float] | None = None
+) -> list[QualityIssue]:
+    """Find what is wrong with pictures that were decoded, and with the markers in them, if any.
 
-    Raises
-    ------
-    InputError
-        If a file is not what it should be.
+    Parameters
+    ----------
+    tracks
+        What `track` returns, of the same pictures; None where no markers are followed.
+    steady_s
+        Start and end of constant speed, s; None where nothing says so.
     """
-    audio, found = recording.audio, []
-    if recording.video is not None:
-        footage = Footage(recording.video)
-        for _ in footage.frames():
-            pass
-        found += footage.find_issues(recording.steady_s)
-    if audio is not None:
-        sound = audio.read().values
-        if isinstance(audio, WavFile):
-            found += find_overload(sound, audio.path, audio.sample_rate_hz)
-    return found
+    found, where = footage.find_issues(steady_s), footage.path
+    if tracks is None:
+        return found + find_time_issues(footage.figures.time_s, where)
+    seen = {issue.kind for issue in found}  # in the dark the markers are hidden as well
+    of_tracks = find_track_issues(tracks, where, steady_s)
+    return found + [issue for issue in of_tracks if issue.kind not in seen]
 
 
 # From a session's videos and audio to a store of responses.
@@ -268,7 +268,7 @@ def _extract_one(
     require_same_files(extraction.out, recording.name, checksum)
     if is_whole(extraction.out, recording.name):
         return
-    doubts = check_recording(recording, declared, extraction.accept)
+    issues = check_recording(recording, declared, extraction.accept)
     if not extraction.vibration:
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")
@@ -279,8 +279,8 @@ def _extract_one(
     )
     if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
-    doubts = doubts + require_accepted(doubts_of(recording, found), extraction.accept)
-    found = with_doubts(with_fingerprint(found), doubts)
+    issues += require_accepted(find_issues(recording, found), extraction.accept)
+    found = with_issues(with_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)
     write_responses(extraction.out, found)
 

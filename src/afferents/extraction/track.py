@@ -10,7 +10,7 @@ from afferents.extraction.extract import extract_session, marker_responses
 from afferents.extraction.options import Extraction
 from afferents.files import Place
 from afferents.markers.estimate import recognise_sensor
-from afferents.markers.quality import describe
+from afferents.markers.quality import describe, find_track_issues
 from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
 from afferents.outputs import require_free
@@ -79,7 +79,8 @@ def track_into(
     if found.attrs["stopped"]:
         kept = f"{found.sizes['time']} frames before that are kept in {out}, marked as stopped"
         raise PartialFailureError(f"{found.attrs['stopped']}; {kept}")
-    return [why] * bool(why) + describe(found)
+    issues = [issue.sentence for issue in find_track_issues(found, source) if not issue.is_refused]
+    return [why] * bool(why) + describe(found) + issues
 
 
 def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = False) -> xr.Dataset:

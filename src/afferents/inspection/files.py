@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.extraction.extract import marker_responses
+from afferents.extraction.extract import find_video_issues, marker_responses
 from afferents.markers.estimate import recognise_sensor
-from afferents.markers.quality import describe, find_hidden_markers, measure_quality
+from afferents.markers.quality import describe, measure_quality
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
-from afferents.quality.sound import find_overload, measure_level, require_finite
+from afferents.quality.sound import find_sound_issues, measure_level, require_finite
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import video_facts
 from afferents.recordings.session_file import rate_in
@@ -33,9 +32,6 @@ from afferents.store.recording import GreyImage
 MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
 PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
-UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
-"""An interval between frames is uneven beyond this share of the median; and said to be so beyond
-this share of intervals (single gaps are counted as missing frames)."""
 
 
 @dataclass
@@ -71,19 +67,17 @@ def inspect_video(
     watched = VideoWithProgress(video, progress)
     footage = Footage(watched)
     tracks = track_markers(footage, sensor)
-    found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
-    issues = footage.find_issues() or find_hidden_markers(tracks, path, None)
-    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in issues]
-    stalls = footage.figures.stalls
-    if stalls.spans:
-        found.sentences.append(
-            f"The camera stalled and gave the very same picture {stalls}. RA-I is 0 there and too "
-            "large in the next frame."
-        )
+    steps_ms = 1000 * np.diff(tracks[dims.TIME].values)
+    every = f"Frames come every {np.median(steps_ms):.2f} ms (median, container's times)."
+    found.sentences += [*describe(tracks), *([every] if len(steps_ms) else [])]
+    issues = find_video_issues(footage, tracks)
+    for issue in issues:
+        slides = " This is so only if the drum slides here." if issue.is_refused else ""
+        found.sentences.append(issue.sentence + slides)
     quality = asdict(measure_quality(tracks))
     found.facts |= {name: None if value != value else value for name, value in quality.items()}
-    found.facts |= {"doubts": {d.kind: d.found for d in issues}}
-    found.facts["stalls_s"] = stalls.spans
+    found.facts |= {"issues": {issue.kind: issue.found for issue in issues}}
+    found.facts["stalls_s"] = footage.figures.stalls.spans
     assert watched.last is not None
     found.pictures = draw_video(watched.last.image, tracks, sensor, path.name, out)
     if overlay is not None:
@@ -91,22 +85,6 @@ def inspect_video(
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
         found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
     return found
-
-
-def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
-    """Say how regular the frames come, by the container's own times."""
-    steps = np.diff(tracks[dims.TIME].values)
-    if len(steps) == 0:
-        return []
-    period = float(np.median(steps))
-    frame_times = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
-    uneven = float((np.abs(steps - period) > UNEVEN * period).mean())
-    if uneven <= OFTEN_UNEVEN:
-        return [f"{frame_times}."]
-    return [
-        f"{frame_times}, but {uneven:.0%} of the intervals differ from that by more than a tenth: "
-        "a variable frame rate, so RA-I per frame is not a speed; use px/s."
-    ]
 
 
 def draw_video(
@@ -139,7 +117,10 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
         f"channel {audio.n_channels} is taken for the sensor."
     )
     samples = audio.samples()
-    found.sentences += level_sentences(samples)
+    numbers = samples[np.isfinite(samples)]
+    if len(numbers):
+        level = measure_level(numbers[:, np.newaxis])
+        found.sentences.append(f"Peak {level.peak:.3g}, RMS {level.rms:.3g} of full scale.")
     found.facts = {
         "channels": audio.n_channels,
         "sample_rate_hz": audio.sample_rate_hz,
@@ -150,26 +131,13 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
     except InputError as error:
         found.problems.append(str(error))
         return found
-    found.problems += [str(issue) for issue in find_overload(samples, path, audio.sample_rate_hz)]
+    for issue in find_sound_issues(samples, path, audio.sample_rate_hz):
+        if issue.is_refused:
+            found.problems.append(str(issue.error))
+        else:
+            found.sentences.append(issue.sentence)
     found.pictures = [draw_vibration(audio.read(), path.name, out)]
     return found
-
-
-def level_sentences(samples: NDArray[np.float32]) -> list[str]:
-    """Say how loud a signal (n,) is, and whether it is clipped or silent; by what is a number."""
-    numbers = samples[np.isfinite(samples)].astype(float)
-    if len(numbers) == 0:
-        return ["No sample is a number."]
-    level = measure_level(numbers[:, np.newaxis])
-    sentences = [f"Peak {level.peak:.3g}, RMS {level.rms:.3g} of full scale."]
-    if level.peak == 0:
-        sentences.append("It is silent: look at the sensor's channel and cable.")
-    if level.clipped > 0:
-        sentences.append(
-            f"{100 * level.clipped:.3g}% of samples are clipped, at {numbers.min():.3g} or "
-            f"{numbers.max():.3g}: lower the gain."
-        )
-    return sentences
 
 
 def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:

@@ -8,7 +8,7 @@ them.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from afferents import dims
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
-from afferents.extraction.extract import doubts_of, doubts_without_tracking, responses_of, watched
+from afferents.extraction.extract import find_issues, responses_of, watched
 from afferents.files import Place
 from afferents.inspection.files import (
     MARKERS,
@@ -39,6 +39,7 @@ from afferents.outputs import require_free, require_pictures_free
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
+from afferents.quality.issues import describe_issues
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import facts
 from afferents.recordings.data_set import Data, DataSet
@@ -219,12 +220,14 @@ def inspect(
 class Look:
     """What there is of one recording, None if it can't be read; and what is wrong with it.
 
-    `lost` is the share of marker positions that were lost; None where none were followed.
+    `problems` are what it is refused for, `issues` what is only named. `lost` is the share of
+    marker positions that were lost; None where none were followed.
     """
 
     row: dict[str, Any] | None
     problems: list[str]
     lost: float | None = None
+    issues: list[str] = field(default_factory=list)
 
 
 def look_at(recording: Recording, data_set: DataSet, sensor: Sensor | None) -> Look:
@@ -240,21 +243,24 @@ def look_at(recording: Recording, data_set: DataSet, sensor: Sensor | None) -> L
     row, lost = None, None
     try:
         with in_a_sentence(recording.name):
-            doubts = data_set.check(recording)
+            issues = data_set.check(recording)
             row = facts(recording)
-            if sensor is None or recording.video is None:
-                doubts = doubts + doubts_without_tracking(recording)
+            seen = watched(recording)
+            if sensor is None or seen.video is None:
+                for _ in seen.video.frames() if seen.video else ():
+                    pass
+                issues += find_issues(seen, None)
             else:
-                seen = watched(recording)
                 responses = responses_of(seen, sensor)
-                doubts = doubts + doubts_of(seen, responses)
+                issues += find_issues(seen, responses)
                 lost = share_lost(responses[dims.DETECTED], responses.attrs)
             if isinstance(table := recording.audio, SeriesFile):  # refused if nothing is left of it
                 rate_hz, steady_s = table.sample_rate_hz, recording.steady_s
                 cut_audio(table.n_samples, rate_hz, "all", steady_s, recording.name)
     except AfferentsError as error:
         return Look(row, [str(error)])
-    return Look(row, [str(doubt.error) for doubt in doubts], lost)
+    refused = [str(issue.error) for issue in issues if issue.is_refused]
+    return Look(row, refused, lost, [str(issue) for issue in issues if not issue.is_refused])
 
 
 def inspect_recordings(
@@ -283,12 +289,14 @@ def inspect_recordings(
     found.sentences += length_sentences(rows, len(jobs))
     found.sentences += filter(None, [what_was_lost(lost_of(lost))])
     found.sentences += table_sentences(session) or too_short_sentences(rows)
+    issues = {name: look.issues for name, look in zip(names, in_order, strict=True)}
+    found.sentences += describe_issues(issues)
     try:
         if not found.problems and isinstance(session, FolderSession):
             require_rates_that_agree(session, session.declared)
     except InputError as error:
         found.problems.append(str(error))
-    found.facts = {"recordings": rows}
+    found.facts = {"recordings": rows, "issues": {k: v for k, v in issues.items() if v}}
     with_audio = [r for r in session.recordings if r.audio is not None]
     if with_audio and not found.problems:
         first = with_audio[0]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from afferents.live.events import CameraFrame, Sound
 from afferents.live.images import FrameImages
 from afferents.markers.detect import spacing_px
-from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_change, sample_pixels
+from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
 from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
 from afferents.quality.sound import measure_level
 
@@ -138,7 +138,7 @@ class VideoQuality(Quality):
     def add(self, picture: CameraFrame, found: FrameImages | None) -> None:
         """Take in a frame and what was found in it; None before the rest frame."""
         before, self._sample = self._sample, sample_pixels(picture.frame.luma)
-        if not math.isnan(change := mean_change(self._sample, before)):
+        if not math.isnan(change := mean_motion(self._sample, before)):
             self._change.append(change)
         self._seen.append((picture.time_s, None if found is None else found.detected))
         while self._seen[0][0] < picture.time_s - SPAN_S:

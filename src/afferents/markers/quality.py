@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.markers.detect import Positions, spacing_px
-from afferents.quality.frames import MANY_REPEATED, count_dropped, find_repeated
+from afferents.quality.frames import (
+    count_dropped,
+    find_doubled_frames,
+    find_repeated,
+    find_time_issues,
+)
 from afferents.quality.image import ImageQuality, find_light_issues
 from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
@@ -200,6 +205,41 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
     )
 
 
+def find_track_issues(
+    tracks: xr.Dataset, where: object, steady_s: tuple[float, float] | None = None
+) -> list[QualityIssue]:
+    """Find what is wrong with the markers, their light, and the times of the frames.
+
+    Parameters
+    ----------
+    tracks
+        What `track` returns.
+    where
+        The video.
+    steady_s
+        Start and end of constant speed, s; None where nothing says so.
+    """
+    attributes = tracks.attrs
+    found = find_hidden_markers(tracks, where, steady_s)
+    if times := lasting_jumps(tracks):
+        when = f"all markers moved together at {', '.join(f'{t:.2f}' for t in times[:3])} s"
+        expected = "a camera and a fingertip that stay where they are mounted"
+        cause = "SA-I after it counts from the old rest position"
+        jumped = f"that {when} and did not come back"
+        found.append(QualityIssue("knocked", where, expected, jumped, cause))
+    if n_torn := int(attributes.get("audit_torn", 0)):
+        shifted = f"{n_torn} with a part shifted as no skin can be"
+        cause = "look at the camera's cable; the markers there are lost"
+        found.append(QualityIssue("damaged", where, "whole pictures", shifted, cause))
+    light = ImageQuality(**{field.name: attributes[field.name] for field in fields(ImageQuality)})
+    found += [
+        QualityIssue(kind, where, "sharp markers that stand out", how)
+        for kind, how in find_light_issues(light).items()
+    ]
+    found += find_doubled_frames(tracks[dims.FRAME_CHANGE].values, where)
+    return found + find_time_issues(tracks[dims.TIME].values, where)
+
+
 def find_hidden_markers(
     tracks: xr.Dataset, where: object, steady_s: tuple[float, float] | None
 ) -> list[QualityIssue]:
@@ -248,9 +288,8 @@ def describe(tracks: xr.Dataset) -> list[str]:
         ),
         _layout(tracks),
         *_audit(tracks),
-        *_knocks(tracks),
-        *_describe_issues(quality),
-        *_light(tracks),
+        *_stop(tracks),
+        *_describe_counts(quality),
     ]
 
 
@@ -291,24 +330,10 @@ def _audit(tracks: xr.Dataset) -> list[str]:
     return said
 
 
-def _knocks(tracks: xr.Dataset) -> list[str]:
-    """Say when all markers jumped together for good, and where the video stopped."""
-    times = lasting_jumps(tracks)
-    said = [f"The video stopped early: {tracks.attrs['stopped']}"] * bool(tracks.attrs["stopped"])
-    if len(times):
-        when = ", ".join(f"{t:.2f}" for t in times[:3])
-        said.append(
-            f"All markers jumped together {len(times)} times, first at {when} s, and did not come "
-            "back: was the camera or the fingertip knocked? SA-I after it still counts from the "
-            "old rest position."
-        )
-    return said
-
-
-def _light(tracks: xr.Dataset) -> list[str]:
-    """Say what is wrong with light and focus, if anything."""
-    measured = {field.name: tracks.attrs[field.name] for field in fields(ImageQuality)}
-    return list(find_light_issues(ImageQuality(**measured)).values())
+def _stop(tracks: xr.Dataset) -> list[str]:
+    """Say where the video stopped, if before its end."""
+    stopped = tracks.attrs["stopped"]
+    return [f"The video stopped early: {stopped}"] if stopped else []
 
 
 def _layout(tracks: xr.Dataset) -> str:
@@ -324,9 +349,8 @@ def _layout(tracks: xr.Dataset) -> str:
     return f"They form a grid of {rows} x {columns}, rolled by {tracks.attrs['roll_deg']:.1f} deg."
 
 
-def _describe_issues(quality: TrackingQuality) -> list[str]:
-    """Name what a user should look at, each only if it occurs."""
-    repeats = quality.n_repeated > MANY_REPEATED * quality.n_frames
+def _describe_counts(quality: TrackingQuality) -> list[str]:
+    """Name the markers that a user should look at, each kind only if it occurs."""
     issues = {
         "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it is "
         "seen.": quality.n_missing,
@@ -336,11 +360,6 @@ def _describe_issues(quality: TrackingQuality) -> list[str]:
         "perhaps).": quality.n_still,
         "Positions claimed by more than one marker: {}, so identities are not safe.": (
             quality.n_shared
-        ),
-        "Frames that seem to repeat the one before: {}. RA-I is near 0 there and too large in the "
-        "next, and the true frame rate is lower than the file's.": quality.n_repeated * repeats,
-        "Frames missing by the others' times: {}. RA-I is too large after each gap.": (
-            quality.n_dropped
         ),
     }
     return [sentence.format(count) for sentence, count in issues.items() if count]

@@ -27,7 +27,7 @@ from afferents.markers.rest import (
 )
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
-from afferents.quality.frames import mean_change, sample_pixels
+from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, as_grey
 
@@ -372,7 +372,7 @@ class _Passed:
             for frame in video.frames():
                 self.time_s.append(frame.time_s)
                 before, sample = sample, sample_pixels(frame.luma)
-                self.change.append(mean_change(sample, before))
+                self.change.append(mean_motion(sample, before))
                 yield frame
         except AfferentsError as error:
             self.stopped = str(error)

@@ -33,6 +33,17 @@ def mean_change(sample: GreyImage, other: GreyImage | None) -> float:
     return cv2.norm(sample, other, cv2.NORM_L1) / sample.size
 
 
+def mean_motion(sample: GreyImage, other: GreyImage | None) -> float:
+    """Return by how much pixels differ beyond a common change of light, which a lamp's flicker is.
+
+    Grey levels, as `mean_change`; 0 where all pixels grow lighter, or all darker.
+    """
+    change = mean_change(sample, other)
+    if other is None or np.isnan(change):
+        return change
+    return change - abs(cv2.sumElems(sample)[0] - cv2.sumElems(other)[0]) / sample.size
+
+
 # A camera that stalls and gives its picture again: frames that equal the one before to the bit.
 #
 # Two frames of a camera that is alive never do, since its noise differs. That of a stalled one is
@@ -270,8 +281,23 @@ class FrameFigures:
         if len(time_s) == 0:
             return []
         part = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s)
-        found = (self._dark(where, part), self._frozen(where, part), self._repeated(where, part))
+        frozen = self._frozen(where, part)
+        found = (
+            self._dark(where, part),
+            frozen,
+            self._repeated(where, part),
+            None if frozen else self._stalled(where, part),
+        )
         return [issue for issue in found if issue is not None]
+
+    def _stalled(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+        stalls = self.stalls.within(part)
+        if not stalls.spans:
+            return None
+        cause = "RA-I is 0 there and too large in the next frame"
+        return QualityIssue(
+            "stalled", where, "a picture of its own in each frame", f"the same one {stalls}", cause
+        )
 
     def _dark(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         time_s, grey = self.time_s, self.grey
@@ -402,6 +428,46 @@ def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
     moved = _around(filled, 2)
     most = np.quantile(filled, 0.95) if len(filled) else 0.0
     return (filled < REPEATED_SHARE * moved) & (moved > MOVING * most) & ~np.isnan(change)
+
+
+UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
+"""An interval between frames is uneven beyond this share of the median; and said to be so beyond
+this share of intervals (single gaps are counted as missing frames)."""
+_CLOCK_S = 0.0011
+"""Containers such as mkv round times to ms."""
+
+
+def find_time_issues(time_s: NDArray[np.float64], where: object) -> list[QualityIssue]:
+    """Find gaps in the times (s) of a video's frames, or a rate that changes.
+
+    A count below the one that a container declares proves nothing: avi counts empty packets.
+    """
+    if (n := count_dropped(time_s)) == 0:
+        return []
+    step = np.diff(time_s)
+    period = float(np.median(step))
+    uneven = float((np.abs(step - period) > max(UNEVEN * period, _CLOCK_S)).mean())
+    every = f"a frame every {1000 * period:.1f} ms"
+    if uneven > OFTEN_UNEVEN:
+        found = f"{uneven:.0%} of the intervals longer or shorter by more than a tenth"
+        cause = "RA-I, a change per frame, is another thing there"
+        return [QualityIssue("uneven", where, every, found, cause)]
+    longest = int(np.argmax(step))
+    found = (
+        f"{n} missing by the times of the others, the longest gap {step[longest]:.3f} s at "
+        f"{time_s[longest]:.2f} s"
+    )
+    return [QualityIssue("gaps", where, every, found, "RA-I is too large after each gap")]
+
+
+def find_doubled_frames(change: NDArray[np.float64], where: object) -> list[QualityIssue]:
+    """Find many frames that repeat the one before; see `find_repeated`."""
+    n = int(find_repeated(change).sum())
+    if n <= MANY_REPEATED * len(change):
+        return []
+    found = f"{n} of {len(change)} that seem to repeat the one before"
+    cause = "RA-I is near 0 there and too large in the next, and the true frame rate is lower"
+    return [QualityIssue("doubled", where, "frames that differ", found, cause)]
 
 
 def count_dropped(time_s: NDArray[np.float64]) -> int:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.quality.issues import Noted
+
 GreyImage = NDArray[np.uint8]
 
 SATURATED = 250
@@ -54,26 +56,26 @@ class ImageQuality:
     edge_px: float
 
 
-def find_light_issues(picture: ImageQuality) -> dict[str, str]:
+def find_light_issues(picture: ImageQuality) -> dict[Noted, str]:
     """Find what is wrong with light and focus, if anything.
 
     Returns
     -------
     dict
-        A sentence for each of ``faint``, ``overexposed`` and ``blurred`` that it is.
+        What is seen and to be done, for each of ``faint``, ``overexposed``, ``blurred`` it is.
     """
     disc, skin = picture.disc_grey, picture.skin_grey
-    issues = {}
+    issues: dict[Noted, str] = {}
     if abs(disc - skin) < FAINT:
         issues["faint"] = (
-            f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
+            f"faint markers, at grey level {disc:.0f} on skin at {skin:.0f}; give more light"
         )
     if picture.saturated > OVEREXPOSED:
         issues["overexposed"] = (
-            "Overexposed: most markers are at full white, so edges carry little; give less light."
+            "most of them overexposed, so that edges carry little; give less light"
         )
     if picture.edge_px > BLURRED_PX:
-        issues["blurred"] = f"Out of focus: edges are {picture.edge_px:.1f} px wide."
+        issues["blurred"] = f"edges {picture.edge_px:.1f} px wide; focus the camera"
     return issues
 
 

@@ -1,6 +1,6 @@
-"""What is wrong with a recording that decodes well: refused, or kept where the user says so."""
+"""What is wrong with a recording that decodes well: refused, or kept and named."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -8,7 +8,14 @@ from afferents.errors import InputError, then
 
 Kind = Literal["length", "dark", "frozen", "repeated", "loud"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-"""What `--accept` takes."""
+"""What is refused, unless `--accept` names it."""
+Noted = Literal[
+    "knocked", "gaps", "uneven", "stalled", "doubled", "damaged", "faint", "overexposed", "blurred",
+    "silent", "clipped",
+]  # fmt: skip
+"""What is named, and kept: learning from it is a choice."""
+MOST_NAMED = 3
+"""Recordings that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -18,14 +25,14 @@ class QualityIssue:
     Attributes
     ----------
     kind
-        By which it can be accepted.
+        By which it can be accepted, or recordings be left out.
     where, expected, found
         As of an `InputError`.
     cause
         What may be the reason, and then to be done, in a clause; empty where nothing suggests one.
     """
 
-    kind: Kind
+    kind: Kind | Noted
     where: object
     expected: str
     found: str
@@ -40,13 +47,24 @@ class QualityIssue:
         return InputError(f"{self.where}: expected {self.expected}, found {self.found}{then(do)}")
 
     @property
+    def is_refused(self) -> bool:
+        """Whether a recording with it is not used unless the user accepts it."""
+        return self.kind in KINDS
+
+    @property
     def what(self) -> str:
-        """What is wrong, without where."""
-        return f"expected {self.expected}, found {self.found}"
+        """What is wrong, without where; with what follows, where it is only named."""
+        follows = "" if self.is_refused else then(self.cause)
+        return f"expected {self.expected}, found {self.found}{follows}"
+
+    @property
+    def sentence(self) -> str:
+        """The kind and what is wrong, as a sentence."""
+        return f"{self.kind.title()}: {self.what}."
 
     def __str__(self) -> str:
-        """Say it of a recording that is kept."""
-        return f"{self.where}: {self.what}"
+        """Name the kind and what is wrong."""
+        return f"{self.kind}: {self.what}"
 
 
 def parse_kinds(names: Collection[str]) -> frozenset[Kind]:
@@ -66,15 +84,38 @@ def parse_kinds(names: Collection[str]) -> frozenset[Kind]:
 def require_accepted(
     issues: Iterable[QualityIssue], accept: Collection[Kind]
 ) -> list[QualityIssue]:
-    """Return the issues, if all are of kinds that are accepted.
+    """Return the issues, if all are accepted or only named.
 
     Raises
     ------
     InputError
-        The first that is not.
+        The first that is refused.
     """
     kept = list(issues)
     for issue in kept:
-        if issue.kind not in accept:
+        if issue.is_refused and issue.kind not in accept:
             raise issue.error
     return kept
+
+
+def describe_issues(issues: Mapping[str, Sequence[str]]) -> list[str]:
+    """Describe what is wrong with recordings, a sentence a kind.
+
+    Parameters
+    ----------
+    issues
+        Of each recording by its name, each as `str` of a `QualityIssue`.
+    """
+    by_kind: dict[str, dict[str, str]] = {}
+    for name, found in issues.items():
+        for issue in found:
+            kind, _, what = issue.partition(": ")
+            by_kind.setdefault(kind, {})[name] = what
+    sentences = []
+    for kind, whats in by_kind.items():
+        first, *others = whats
+        names = ", ".join(others[: MOST_NAMED - 1])
+        more = f" and {len(whats) - MOST_NAMED} more" if len(whats) > MOST_NAMED else ""
+        also = f"; so are {names}{more}" if others else ""
+        sentences.append(f"{kind.title()}: {first}: {whats[first]}{also}.")
+    return sentences

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError
 from afferents.quality.issues import QualityIssue
+from afferents.quality.lasting import lasting, sliding_part, span_text
 
 LOUDEST = 1.01
 """Full scale, and what conversions add to it: 8-bit integers divided by 127 reach 1.008."""
@@ -15,6 +16,11 @@ RUN = 3
 STEEP = 4
 """and comes there by a step of more than so many of the smallest steps that it makes: the top of a
 slow wave is flat too, but is reached by small ones."""
+
+MUCH_CLIPPED = 1e-4
+"""Share of clipped samples that is named."""
+SILENT, SILENT_S, _BLOCK_S = 2**-14, 1.0, 0.1
+"""A microphone is silent where it stays within two steps of 16 bits for so long; s, in blocks."""
 
 Samples = NDArray[np.floating[Any]]
 
@@ -66,6 +72,38 @@ def find_overload(samples: Samples, where: object, rate_hz: float) -> list[Quali
         f"{n_beyond} beyond it, up to {loud.max():.3g}, first at sample {n} ({n / rate_hz:.3f} s)"
     )
     return [QualityIssue("loud", where, "samples within full scale, -1 to 1", found)]
+
+
+def find_sound_issues(
+    samples: Samples, where: object, rate_hz: float, steady_s: tuple[float, float] | None = None
+) -> list[QualityIssue]:
+    """Find what is wrong with a sound file's samples: too loud, clipped, silent.
+
+    Parameters
+    ----------
+    samples
+        Shape (n,) or (n, channels), all of them numbers.
+    steady_s
+        Start and end of constant speed, s; None where nothing says so.
+    """
+    channels = samples.reshape(len(samples), -1)
+    found = find_overload(samples, where, rate_hz)
+    clipped = max((measure_clipping(one) for one in channels.T), default=0.0)
+    if clipped > MUCH_CLIPPED:
+        share = f"{100 * clipped:.2g}% of them cut off at their largest or smallest"
+        found.append(QualityIssue("clipped", where, "whole samples", share, "lower the gain"))
+    block = max(1, round(_BLOCK_S * rate_hz))
+    n = len(samples) // block
+    if n == 0:
+        return found
+    quiet = np.abs(channels[: n * block]).reshape(n, -1).max(axis=1) <= SILENT
+    time_s = np.arange(n) * block / rate_hz
+    part = sliding_part(0.0, len(samples) / rate_hz, steady_s)
+    if (span := lasting(quiet, time_s, part, SILENT_S - _BLOCK_S)) is not None:
+        look = "look at the microphone, its cable, and which channel is the sensor's"
+        silence = f"silence {span_text(span, time_s)}"
+        found.append(QualityIssue("silent", where, "a microphone's noise", silence, look))
+    return found
 
 
 class SoundLevel(NamedTuple):

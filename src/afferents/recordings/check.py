@@ -132,12 +132,23 @@ def _check_video(video: ClipFile, audio: WavFile | None, declared: SessionFile) 
     expected_hz = declared.fps_hz
     if expected_hz is None or video.rate_hz is not None:
         return
-    if abs(video.fps_hz - expected_hz) > RATE_TOLERANCE * expected_hz:
+    off_hz = abs(video.fps_hz - expected_hz)
+    if off_hz > RATE_TOLERANCE * expected_hz and not lost_frames(video, expected_hz):
         do = wrong_rate(video.n_frames, video.fps_hz, expected_hz, audio, declared.file)
         raise InputError(
             f"{video.path}: expected about {expected_hz:g} frames a second, found "
             f"{video.fps_hz:g}{then(do)}"
         )
+
+
+def lost_frames(video: object, expected_hz: float) -> bool:
+    """Return whether a video's low rate is that of lost frames, which its times show as gaps.
+
+    To give the expected rate would squeeze its time.
+    """
+    return isinstance(video, VideoFile) and (
+        abs(video.usual_hz - expected_hz) <= RATE_TOLERANCE * expected_hz
+    )
 
 
 def _require_steady(

@@ -13,7 +13,13 @@ import numpy as np
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
-from afferents.recordings.check import RATE_TOLERANCE, ClipFile, check_files, check_recording
+from afferents.recordings.check import (
+    RATE_TOLERANCE,
+    ClipFile,
+    check_files,
+    check_recording,
+    lost_frames,
+)
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.layouts import (
     AUDIO,
@@ -112,14 +118,19 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
         ("fps_hz", RATE_TOLERANCE, "frames a second", true),
         ("sample_rate_hz", 0.0, "samples a second", each),
     ):
-        rates = [(r.name, _rate(r, what, declared)) for r in session.recordings]
-        known = [(name, rate) for name, rate in rates if rate]
-        for name, rate in known:
+        rates = [(r, _rate(r, what, declared)) for r in session.recordings]
+        most = max((rate for _, rate in rates if rate), default=0.0)
+        known = [
+            (recording, rate)
+            for recording, rate in rates
+            if rate and not (rate < (1 - tolerance) * most and lost_frames(recording.video, most))
+        ]
+        for recording, rate in known:
             first, expected = known[0]
             if abs(rate - expected) > tolerance * expected:
                 raise InputError(
                     f"{session.root}: expected recordings of one rate ({unit}), found "
-                    f"{expected:g} in {first}, {rate:g} in {name}; {do}"
+                    f"{expected:g} in {first.name}, {rate:g} in {recording.name}; {do}"
                 )
 
 

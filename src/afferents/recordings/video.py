@@ -97,6 +97,18 @@ class VideoFile:
         return self.rate_hz or self.header.fps_hz
 
     @cached_property
+    def usual_hz(self) -> float:
+        """Rate at which most frames follow one another, Hz: above `fps_hz` where some were lost.
+
+        Reads the whole file, and decodes nothing.
+        """
+        with _opened(self.path) as container:
+            stream = container.streams.video[0]
+            ticks = sorted(p.pts for p in container.demux(stream) if p.pts is not None)
+            step = np.median(np.diff(ticks)) if len(ticks) > 1 else 0
+            return float(1 / (step * (stream.time_base or 0))) if step else self.fps_hz
+
+    @cached_property
     def width(self) -> int:
         """Width, px."""
         return self.header.width
@@ -173,9 +185,9 @@ class VideoFile:
         """Refuse pictures of another size than the first: the camera came back set otherwise."""
         if (frame.width, frame.height) != (self.width, self.height):
             raise InputError(
-                f"{self.path}: expected pictures of {self.width}x{self.height} px to the end, found "
-                f"{frame.width}x{frame.height} px at {time_s:.2f} s; cut the clip there, or record "
-                "it again"
+                f"{self.path}: expected pictures of {self.width}x{self.height} px to the end, "
+                f"found {frame.width}x{frame.height} px at {time_s:.2f} s; cut the clip there, or "
+                "record it again"
             )
 
     def _times_s(self, frame: VideoFrame, n: int) -> tuple[float, float]:

@@ -96,7 +96,7 @@ def render(template: str, summary: About, **content: Any) -> str:
         template,
         simulated=[data for data in summary.data if data.simulated],
         skipped=summary.skipped,
-        accepted=summary.accepted,
+        issues=summary.issues,
         data=summary.data,
         version=summary.afferents,
         **content,

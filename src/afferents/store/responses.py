@@ -40,8 +40,8 @@ Responses = xr.Dataset
 """A data set of the form above."""
 
 _AGAIN = "extract again"
-ACCEPTED = "accepted"
-"""Attribute, and condition, of what is wrong with a recording and was accepted."""
+ISSUES = "issues"
+"""Attribute, and condition, of what is wrong with a recording that was kept."""
 
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
@@ -153,25 +153,25 @@ def _plain(responses: Responses) -> dict[str, Any]:
     }
 
 
-def with_doubts(responses: Responses, doubts: Sequence[QualityIssue]) -> Responses:
-    """Return `responses` with what is wrong with the recording and was accepted.
+def with_issues(responses: Responses, issues: Sequence[QualityIssue]) -> Responses:
+    """Return `responses` with what is wrong with the recording, though it is kept.
 
-    The kinds are the condition `accepted`, by which the recording can be left out; the attribute
-    `accepted` says it in sentences.
+    The kinds are the condition `issues`, by which the recording can be left out; the attribute
+    `issues` holds a sentence for each.
     """
-    if not doubts:
+    if not issues:
         return responses
-    kinds = " ".join(sorted({doubt.kind for doubt in doubts}))
+    kinds = " ".join(sorted({issue.kind for issue in issues}))
     return responses.assign_attrs(
-        conditions=json.dumps({**conditions(responses), ACCEPTED: kinds}),
-        **{ACCEPTED: json.dumps([str(doubt) for doubt in doubts])},
+        conditions=json.dumps({**conditions(responses), ISSUES: kinds}),
+        **{ISSUES: json.dumps([str(issue) for issue in issues])},
     )
 
 
-def doubts_in(attributes: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with a recording and was accepted, by its attributes."""
-    said: list[str] = json.loads(attributes.get(ACCEPTED, "[]"))
-    return said
+def issues_in(attributes: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with a recording, by its attributes."""
+    issues: list[str] = json.loads(attributes.get(ISSUES, "[]"))
+    return issues
 
 
 def textures_of(recordings: Iterable[Responses]) -> list[str]:
