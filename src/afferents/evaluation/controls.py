@@ -30,8 +30,8 @@ def ask_controls(
 ) -> dict[str, Any]:
     """Return how much is recognised under each control, as the summary has it: `controls`.
 
-    Nothing where there are markers. Where models are asked something else, recordings are too
-    short for log spectra, or nothing is left to learn from, why: `controls_left_out`.
+    Nothing where there are markers. Where options change the question, recordings are too short
+    for log spectra, or nothing is left to learn from, why: `controls_left_out`.
 
     Each group is left out in turn and asked of a linear discriminant on log spectra, which has
     nothing to choose. So it says what the data give away, not how good a model is.
@@ -56,10 +56,10 @@ def ask_controls(
 
 
 def _reason_against(recipe: Recipe, recordings: Sequence[Responses], source: Source) -> str:
-    """Return why controls can't be asked; empty where they can."""
+    """Return why there are no controls; empty where there are."""
     if other := [name for name in _OTHER_QUESTIONS if name in recipe.options.given()]:
         flags = ", ".join(map(flag_of, other))
-        return f"with {flags} models are asked something else; evaluate once without"
+        return f"they answer no question with {flags}; evaluate once without"
     groups = np.array(recipe.split.groups_of(recordings))
     if any(recipe.split.sharing(groups, group).all() for group in groups.tolist()):
         return f"nothing is left to learn from when one {recipe.split.name} is held out"

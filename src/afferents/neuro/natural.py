@@ -19,7 +19,16 @@ _SECONDS = {"time_s": 1.0, "time_ms": 1e-3, "time_us": 1e-6}
 _NUMBERS = (*_SECONDS, "duration_s", "speed_mm_s", "repetition")
 _MISSING = ("", "nan", "NaN", "NAN", "NA")
 _MM_S = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0}
-_RENAME = "rename the one that is meant"
+_RENAME, _NAME_IT = "rename the one that is meant", "name the one that is meant in read_nwb"
+_KNOWN = {
+    "SA": ("sa", "sa1", "sai", "slowlyadapting"),
+    "RA": ("ra", "ra1", "rai", "fa1", "fai", "qa", "rapidlyadapting"),
+    "PC": ("pc", "ra2", "raii", "fa2", "faii", "pacinian"),
+}
+"""What classes are called in files, without blanks and signs."""
+_WITHIN_S = 1e-6
+"""Times of a session in an NWB file are rounded: of a day in s, float64 keeps 1e-11."""
+_TIMES = ("start_time", "stop_time")
 
 
 def read_spikes(path: str | Path, duration_s: float | None = None) -> Spikes:
@@ -135,7 +144,7 @@ def _labels(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
             f"{file}: expected '{name}' of every row, found none in row {missing.argmax() + 1}; "
             "write it, or remove the row"
         )
-    return table[name].map({label: as_text(label) for label in table[name].unique()})
+    return table[name].map({label: as_text(label).strip() for label in table[name].unique()})
 
 
 def _numbers(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
@@ -180,15 +189,6 @@ def _listed(names: Sequence[str], most: int = 10) -> str:
     return ", ".join(names[:most]) + more
 
 
-# What afferents are called in files, as the package's three classes.
-
-_KNOWN = {
-    "SA": ("sa", "sa1", "sai", "slowlyadapting"),
-    "RA": ("ra", "ra1", "rai", "fa1", "fai", "qa", "rapidlyadapting"),
-    "PC": ("pc", "ra2", "raii", "fa2", "faii", "pacinian"),
-}
-
-
 def classes_of(
     names: Iterable[object], file: Path, words: Mapping[str, str] | None = None
 ) -> list[str]:
@@ -224,14 +224,6 @@ def as_text(value: object) -> str:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     return value.decode() if isinstance(value, bytes) else str(value)
-
-
-# Units and trials of an NWB file.
-
-_WITHIN_S = 1e-6
-"""Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
-_TIMES = ("start_time", "stop_time")
-_NAME_IT = "name the one that is meant in read_nwb"
 
 
 def read_nwb(

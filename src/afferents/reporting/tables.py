@@ -232,7 +232,7 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
 
 
 def controls_table(summary: Summary) -> pd.DataFrame | None:
-    """Return what a quick model recognises once something was taken away, or why it was not asked.
+    """Return what a quick model recognises once something was taken away, or why there is none.
 
     None where there are markers.
     """

@@ -92,16 +92,20 @@ def _require_times(spikes: "Spikes", where: object) -> None:
     for expected, wrong in faults.items():
         if wrong.any():
             at, do = int(wrong.argmax()), ""
-            if wrong is beyond:
+            if expected == "times in ascending order":
+                do = "; sort them, if they are of one trial"
+            elif wrong is beyond and beyond.mean() > 0.5:
+                do = "; most spikes lie beyond: if times are in ms, divide them by 1000 (or name a "
+                do += "table's column time_ms)"
+            elif wrong is beyond:
                 do = f"; {beyond.sum()} spikes lie beyond: give the trial's true duration"
-                if beyond.mean() > 0.5:
-                    do = "; most spikes lie beyond: if times are in ms, divide them by 1000"
             found = f"{times[at]:g} s in trial {trial[at]} of unit {spikes.units.index[unit[at]]}"
             raise InputError(f"{where}: expected {expected}, found {found}{do}")
     if len(times) >= _FEW and (times < _INSTANT * lasting).all():
         raise InputError(
             f"{where}: expected spikes all through the trials, found all {len(times)} in the first "
-            f"{1e3 * times.max():.2g} ms; if times are in s, don't divide them by 1000"
+            f"{1e3 * times.max():.2g} ms; if times are in s, don't divide them by 1000 (and name "
+            "a table's column time_s)"
         )
     by_unit = _intervals(spikes).groupby("unit", sort=False)["short"].agg(["size", "sum"])
     twice = by_unit[(by_unit["size"] >= _FEW) & (by_unit["sum"] > by_unit["size"] / 3)]

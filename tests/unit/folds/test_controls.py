@@ -76,7 +76,7 @@ def test_controls_that_are_left_out_are_named_with_why(tmp_path, capsys):
     found = afferents.evaluate(
         data, tmp_path / "r", "ridge-te", held_out="20", quiet=True, workers=1
     ).found
-    why = "with --held-out models are asked something else"
+    why = "they answer no question with --held-out; evaluate once without"
     assert found.controls == {}
     assert why in found.controls_left_out
     said = capsys.readouterr().err
