@@ -273,7 +273,7 @@ def _natural(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes
         warnings.simplefilter("always", UserWarning)
         fibres = read_spikes(natural)
     for doubt in doubts:
-        progress.note(str(doubt.message))
+        progress.note(f"warning: {doubt.message}")
     return fibres, str(natural)
 
 

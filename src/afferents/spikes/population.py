@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 
 CLASSES = ("SA", "RA", "PC")
 """Classes of afferents: slowly adapting type I, rapidly adapting type I, and Pacinian (RA-II)."""
@@ -265,7 +265,7 @@ class Spikes:
         found = cls.unchecked(trains, units, trials, where, durations_s)
         _require_times(found, where)
         for doubt in doubts_about(found):
-            warnings.warn(f"warning: {where}: {doubt}", stacklevel=2)
+            warnings.warn(f"{where}: {doubt}", stacklevel=2)
         return found
 
     @classmethod
@@ -292,7 +292,8 @@ class Spikes:
                     "give trials a column duration_s, or each train its own (durations_s)"
                 )
             durations_s = trial_table["duration_s"].to_numpy(np.float64)[:, None]
-        lasting = np.broadcast_to(np.asarray(durations_s, np.float64), shape).copy()
+        with reading(where, f"durations_s of {shape[0]} trials x {shape[1]} units", ValueError):
+            lasting = np.broadcast_to(np.asarray(durations_s, np.float64), shape).copy()
         recorded = np.array([[train is not None for train in row] for row in trains], bool)
         lasting[~recorded.reshape(shape)] = np.nan
         if not (np.isfinite(lasting) & (lasting > 0))[recorded.reshape(shape)].all():

@@ -92,8 +92,8 @@ def test_each_train_has_its_own_duration():
     np.testing.assert_allclose(spikes.window(0, 0.5).counts()[0, :2], [2, 1])
     same = joined(spikes.select(trials=[t]) for t in range(2))
     np.testing.assert_array_equal(same.durations_s, spikes.durations_s)
-    for wrong in (0.3, [[0.5, np.nan, 1], [1, 1, 1]]):
-        with pytest.raises(InputError, match=r"within the trial|a positive duration"):
+    for wrong in (0.3, [[0.5, np.nan, 1], [1, 1, 1]], [1, 2]):
+        with pytest.raises(InputError, match=r"within the trial|a positive duration|2 trials x 3"):
             Spikes.from_trains(trains, units, trials, durations_s=wrong)
     with pytest.raises(InputError, match=r"how long trials last, .* or each train its own"):
         Spikes.from_trains(trains, units, trials)
