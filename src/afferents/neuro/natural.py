@@ -284,6 +284,7 @@ def read_nwb(
         for first, last in zip(start, stop, strict=True)
     ]
     table = pd.DataFrame({"texture": _labels(trials, texture, file, _NAME_IT)})
+    table["speed_mm_s"] = np.nan
     if speed is not None:
         do = f"{_NAME_IT}, or None as speed if nobody knows it"
         table["speed_mm_s"] = _numbers(trials, speed, file, do) * _MM_S[speed_unit]

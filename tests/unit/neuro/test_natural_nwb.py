@@ -83,3 +83,4 @@ def test_a_file_with_our_columns_is_read_by_its_suffix(written):
     spikes, same = read_spikes(written), read_nwb(written)
     assert spikes.units.index.tolist() == same.units.index.tolist()
     np.testing.assert_array_equal(spikes.times, same.times)
+    assert read_nwb(written, speed=None).trials["speed_mm_s"].isna().all()

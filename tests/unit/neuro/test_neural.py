@@ -51,10 +51,7 @@ def test_what_is_doubtful_about_fibres_is_noted(run, fails, tmp_path):
     (tmp_path / "fibres.csv").write_text("\n".join(lines))
     asked = ("--out", tmp_path / "out", "--natural", tmp_path / "fibres.csv")
     _, _, said = run("neural", tmp_path / "S.zarr", *asked)
-    assert (
-        f"warning: {tmp_path / 'fibres.csv'}: no train of 1 of 1 units (a) reaches the last third of its trial"
-        in said
-    )
+    assert f"warning: {tmp_path / 'fibres.csv'}: no train of 1 of 1 units (a) reaches" in said
     assert "UserWarning" not in said
     (tmp_path / "fibres.toml").touch()
     said = fails("neural", tmp_path / "S.zarr", *asked[:3], tmp_path / "fibres.toml")
