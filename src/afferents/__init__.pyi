@@ -140,11 +140,11 @@ from .models.model import (
 from .models.model import (
     Model as Model,
 )
-from .neuro.natural.reader import (
-    read_natural as read_natural,
-)
-from .neuro.natural.tables import (
+from .neuro.natural import (
     read_nwb as read_nwb,
+)
+from .neuro.natural import (
+    read_spikes as read_spikes,
 )
 from .neuro.neural import (
     neural as neural,

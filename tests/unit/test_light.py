@@ -6,12 +6,6 @@ from ..hiding import runner
 
 pytestmark = pytest.mark.system
 OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow")
-NATURAL = """
-file = "x.parquet"
-[trials]
-duration_s = 1.0
-speed_unknown = true
-"""
 NEEDS = "expected the packages of the extra 'train', found No module named"
 
 
@@ -58,10 +52,9 @@ def test_commands_that_learn_say_what_to_install(light, command):
 
 def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
     (tmp_path / "x.parquet").touch()
-    (tmp_path / "n.toml").write_text(NATURAL)
     for arguments in (
         ("export-lerobot", "s.zarr", "out"),
-        ("-c", "import afferents; afferents.read_natural('n.toml')"),
+        ("-c", "import afferents; afferents.read_spikes('x.parquet')"),
         (
             "-c",
             "from pathlib import Path; from afferents.recordings.tables import Signal, read_table;"

@@ -24,7 +24,10 @@ def neural(
     ] = 0.5,
     natural: Annotated[
         Path | None,
-        typer.Option(help="TOML file that describes recordings of nerve fibres, to be put beside."),
+        typer.Option(
+            help="Recordings of nerve fibres to compare with: a table of spikes (CSV, Parquet) or "
+            "an NWB file."
+        ),
     ] = None,
     seed: Annotated[
         int, typer.Option(min=0, help="Draws how units differ, and which are analysed.")

@@ -1,12 +1,14 @@
 """What a quick model recognises of recordings without markers, as they are and under controls."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from afferents import dims
 from afferents.channels import CHANNELS
+from afferents.choices import flag_of
 from afferents.encodings.samples import labels_of, textures_of
 from afferents.errors import InputError
 from afferents.evaluation.encode import Source, encode_all, has, kept_part
@@ -19,17 +21,17 @@ from afferents.models.fit_solved import named_when_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 
-_OTHER_QUESTIONS = {"test_only", "train_speeds", "held_out", "disturb", "disturb_training"}
+_OTHER_QUESTIONS = ("test_only", "train_speeds", "held_out", "disturb", "disturb_training")
 """Options under which models are asked something else than these controls are."""
 
 
 def ask_controls(
     recipe: Recipe, recordings: Sequence[Responses], progress: Progress
-) -> dict[str, Accuracies]:
-    """Return how much is recognised under each control.
+) -> dict[str, Any]:
+    """Return how much is recognised under each control, as the summary has it: `controls`.
 
-    Nothing where there are markers, recordings are too short for log spectra, or nothing is left
-    to learn from.
+    Nothing where there are markers. Where options change the question, recordings are too short
+    for log spectra, or nothing is left to learn from, why: `controls_left_out`.
 
     Each group is left out in turn and asked of a linear discriminant on log spectra, which has
     nothing to choose. So it says what the data give away, not how good a model is.
@@ -39,20 +41,36 @@ def ask_controls(
     recordings
         As they are, with the part of them that is used.
     """
-    if recipe.options.given().keys() & _OTHER_QUESTIONS:
+    if any(dims.POSITION in one for one in recordings):
         return {}
     source = Source(CHANNELS[dims.RA2], recipe.encodings.of("orders"))
+    names = controls_of(recipe.split)
+    if why := _reason_against(recipe, recordings, source):
+        progress.note(f"controls ({', '.join(names)}) are left out: {why}")
+        return {"controls_left_out": why}
+    return {
+        "controls": {
+            name: _asked(recipe, recordings, source, name, progress) for name in ("none", *names)
+        }
+    }
+
+
+def _reason_against(recipe: Recipe, recordings: Sequence[Responses], source: Source) -> str:
+    """Return why there are no controls; empty where there are."""
+    if other := [name for name in _OTHER_QUESTIONS if name in recipe.options.given()]:
+        flags = ", ".join(map(flag_of, other))
+        return f"they answer no question with {flags}; evaluate once without"
     groups = np.array(recipe.split.groups_of(recordings))
-    alone = any(recipe.split.sharing(groups, group).all() for group in groups.tolist())
-    if alone or any(dims.POSITION in one or not has(one, source) for one in recordings):
-        return {}
+    if any(recipe.split.sharing(groups, group).all() for group in groups.tolist()):
+        return f"nothing is left to learn from when one {recipe.split.name} is held out"
+    if not all(has(one, source) for one in recordings):
+        return "some recordings have no vibration"
     try:
         for one in recordings:
             kept_part(one, source, recipe.options.cut)
-    except InputError:
-        return {}
-    names = ("none", *controls_of(recipe.split))
-    return {name: _asked(recipe, recordings, source, name, progress) for name in names}
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def _asked(

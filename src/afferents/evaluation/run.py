@@ -85,10 +85,10 @@ def evaluate(evaluation: Evaluation, progress: Progress, quick_controls: bool = 
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         write_json(recipe.out / CONFIG, recipe.config)
-        if quick_controls and options.control == "none":
-            known = known or ask_controls(recipe, recordings, progress)
         if known:
             about["controls"] = known
+        elif quick_controls and options.control == "none":
+            about |= ask_controls(recipe, recordings, progress)
         return summarise_folder(evaluation, recordings, about)
 
 

@@ -314,6 +314,8 @@ class Summary(About):
     """Of data without markers: what a quick model recognises of the recordings as they are
     (`none`), and once something was taken from them (`permuted`, `shuffled`, `offsets`,
     `amplitudes`). A linear discriminant on log spectra, `nested`."""
+    controls_left_out: str = ""
+    """Of data without markers: why there are no `controls`."""
     comparisons: tuple[Comparison, ...] = ()
     """For each two models under one protocol: `protocol`, `model`, `than`, `difference`, `ci95`."""
 

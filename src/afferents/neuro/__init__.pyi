@@ -40,7 +40,7 @@ from .gaps import (
 from .gaps import (
     without_gaps as without_gaps,
 )
-from .natural.reader import (
+from .natural import (
     described_natural as described_natural,
 )
 from .neo import (

@@ -115,4 +115,4 @@ def _together(repeated: Spikes, n: int) -> Spikes:
         for number in range(n)
     ]
     trials = alike.trials.iloc[:n].drop(columns="recording", errors="ignore")
-    return Spikes.from_trains(trains, alike.units, trials.assign(repetition=range(n)))
+    return Spikes.unchecked(trains, alike.units, trials.assign(repetition=range(n)))

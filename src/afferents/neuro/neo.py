@@ -37,7 +37,7 @@ def to_neo(spikes: Spikes) -> Any:
                     spikes.train(t, int(u)),
                     units="s",
                     t_start=0.0,
-                    t_stop=float(trial["duration_s"]),
+                    t_stop=float(spikes.durations_s[t, u]),
                     name=str(unit.name),
                     **{key: _plain(unit[key]) for key in _UNIT},
                 )
@@ -53,8 +53,8 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
     ----------
     block
         Segments are trials and need the annotation `texture`; trains need a name, the same in each
-        segment, and the annotation `class`. A train that a segment lacks was not recorded. A trial
-        lasts from the first start of its trains to their last end, and times count from there.
+        segment, and the annotation `class`. A train that a segment lacks was not recorded. Times
+        and durations of trains count from the first start in their segment.
 
     Raises
     ------
@@ -62,15 +62,12 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
         If these are missing, two trains of a segment have one name, and as `Spikes.from_trains`.
     """
     units: dict[str, dict[str, Any]] = {}
-    rows, trials = [], []
+    rows, trials, ends = [], [], []
     for segment in block.segments:
         row: dict[str, Any] = {}
-        trial = dict(segment.annotations)
+        lasting: dict[str, float] = {}
         starts_s = [float(train.t_start.rescale("s")) for train in segment.spiketrains]
-        stops_s = [float(train.t_stop.rescale("s")) for train in segment.spiketrains]
         start_s = min(starts_s, default=0.0)
-        if stops_s:
-            trial["duration_s"] = max(stops_s) - start_s
         for train in segment.spiketrains:
             name = str(train.name or "")
             if not name or name in row:
@@ -80,14 +77,19 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
                     f"{found}; give each unit's trains its name"
                 )
             row[name] = train.rescale("s").magnitude - start_s
+            lasting[name] = float(train.t_stop.rescale("s")) - start_s
             known = {key: train.annotations[key] for key in _UNIT if key in train.annotations}
             units.setdefault(name, {"name": name, **known})
         rows.append(row)
-        trials.append(trial)
+        ends.append(lasting)
+        trials.append(dict(segment.annotations))
     ordered = [name for name in block.annotations.get("units", ()) if name in units]
     units = {name: units[name] for name in (*ordered, *units)}
     trains = [[row.get(name) for name in units] for row in rows]
-    return Spikes.from_trains(trains, pd.DataFrame(list(units.values())), trials, where)
+    durations_s = [[one.get(name, np.nan) for name in units] for one in ends]
+    return Spikes.from_trains(
+        trains, pd.DataFrame(list(units.values())), trials, where, durations_s
+    )
 
 
 def _plain(value: Any) -> Any:

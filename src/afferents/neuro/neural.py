@@ -1,5 +1,6 @@
 """From an extracted store to the spikes of artificial afferents."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -26,7 +27,7 @@ from afferents.neuro.figures import (
     slope_figure,
     stretch_figure,
 )
-from afferents.neuro.natural.reader import read_natural
+from afferents.neuro.natural import read_spikes
 from afferents.neuro.speed import (
     match_by_class,
     match_sentences,
@@ -183,7 +184,7 @@ def neural(
     seed: int = 0,
     classes: Sequence[str] = ("SA", "RA", "PC"),
     window_s: float = WINDOW_S,
-    natural: Place | None = None,
+    natural: Place | Spikes | None = None,
     quiet: bool = False,
 ) -> NeuralResults:
     """Turn a store's responses into spikes, and ask of them what is asked of nerve fibres.
@@ -206,7 +207,8 @@ def neural(
     window_s
         Of the stretches that texture is read from, s.
     natural
-        TOML file that describes recordings of nerve fibres, to be put beside; see `read_natural`.
+        Recordings of nerve fibres to compare with: a table of spikes or an NWB file, as
+        `read_spikes` reads them, or `Spikes`.
     quiet
         Whether no progress is shown.
 
@@ -230,12 +232,12 @@ def neural(
     # A user's tables may have such names, too: they are ours where our facts are.
     ours = TABLES + _BESIDE if (out / FACTS).is_file() else ()
     require_picture_folder(out, FACTS, *(f"{name}.csv" for name in ours))
-    fibres = None if natural is None else read_natural(natural)
     with Progress(quiet) as progress:
+        fibres, name = _natural(natural, progress)
         spikes = spikes_of_store(store, units, seed, classes, progress=progress)
         require_conditions(spikes)
         source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
-        of_fibres = _beside(spikes, fibres, window_s, seed, source, f"{natural}")
+        of_fibres = _beside(spikes, fibres, window_s, seed, source, name)
         tables = _tables(store, spikes, seed, window_s, progress) | of_fibres.tables
     figures = {
         "raster": raster_figure(_shown(spikes, seed), source),
@@ -261,6 +263,18 @@ def neural(
             table.to_csv(written, index=False)
     pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
     return NeuralResults(spikes, tables, sentences, pictures, facts)
+
+
+def _natural(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes | None, str]:
+    """Return natural fibres and what they are called; note what is doubtful about them."""
+    if natural is None or isinstance(natural, Spikes):
+        return natural, "natural fibres"
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", UserWarning)
+        fibres = read_spikes(natural)
+    for doubt in doubts:
+        progress.note(f"warning: {doubt.message}")
+    return fibres, str(natural)
 
 
 def _beside(

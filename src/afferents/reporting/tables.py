@@ -232,17 +232,22 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
 
 
 def controls_table(summary: Summary) -> pd.DataFrame | None:
-    """Return what a quick model recognises once something was taken away; None where not asked."""
-    if not summary.controls:
+    """Return what a quick model recognises once something was taken away, or why there is none.
+
+    None where there are markers.
+    """
+    if not (summary.controls or summary.controls_left_out):
         return None
     left = {"none": "the recordings as they are", **CONTROLS}
     rows = [
         (left[name].partition(":")[0], mean_and_interval(found))
-        for name, found in summary.controls.items()
+        for name, found in (summary.controls or dict.fromkeys(CONTROLS)).items()
     ]
     return make_table(
         "Controls",
-        "Percent that a linear discriminant on log spectra recognises, each "
+        f"Left out: {summary.controls_left_out}. "
+        if summary.controls_left_out
+        else "Percent that a linear discriminant on log spectra recognises, each "
         f"{summary.split.name} left out in turn. What is recognised all the same does not rest on "
         "what was taken. "
         + " ".join(f"{text[:1].upper()}{text[1:]}." for text in CONTROLS.values()),

@@ -155,9 +155,10 @@ def _population(
         "repetition": 0,
         "duration_s": duration_s,
     }
-    recorded = np.ones((1, len(units)), bool)
-    table = pd.DataFrame([trial])
-    return Spikes(time_s[order], offsets.astype(np.int64), units, table, recorded)
+    durations_s = np.full((1, len(units)), duration_s)
+    return Spikes(
+        time_s[order], offsets.astype(np.int64), units, pd.DataFrame([trial]), durations_s
+    )
 
 
 def ends_of(recording: Responses) -> list[float]:

@@ -1,5 +1,6 @@
 """Spike times of a population of units over trials, wherever they come from."""
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -9,10 +10,18 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 
 CLASSES = ("SA", "RA", "PC")
 """Classes of afferents: slowly adapting type I, rapidly adapting type I, and Pacinian (RA-II)."""
+REFRACTORY_S = 0.5e-3
+"""A fibre does not fire again sooner. The shortest of 458,270 intervals between spikes of the
+monkey's fibres (docs/neuroscience.md) is 1.0 ms."""
+_FEW = 30
+"""Fewer spikes or intervals prove nothing: 30 at random miss the last third of a trial once in
+200,000 cases."""
+_INSTANT = 1 / 500
+"""Share of a trial: spikes that all lie before it are in another unit."""
 
 
 def checked_units(units: Any, where: object) -> pd.DataFrame:
@@ -47,25 +56,19 @@ def checked_units(units: Any, where: object) -> pd.DataFrame:
 
 
 def checked_trials(trials: Any, where: object) -> pd.DataFrame:
-    """Return the trials' table, whole: `texture`, `speed_mm_s`, `repetition`, `duration_s`.
+    """Return the trials' table with `texture`, `speed_mm_s` and `repetition`.
 
     Raises
     ------
     InputError
-        If a column is missing, or a duration is no positive number.
+        If there is no column of textures.
     """
     table: pd.DataFrame = pd.DataFrame(trials).reset_index(drop=True)
-    missing = {"texture", "duration_s"} - set(table)
-    if missing:
+    if "texture" not in table:
         raise InputError(
-            f"{where}: expected a column '{min(missing)}' of trials, found columns {list(table)}"
+            f"{where}: expected a column 'texture' of trials, found columns {list(table)}"
         )
     table["texture"] = table["texture"].astype(str)
-    table["duration_s"] = table["duration_s"].astype(np.float64)
-    if not (np.isfinite(table["duration_s"]) & (table["duration_s"] > 0)).all():
-        raise InputError(
-            f"{where}: expected trials of a positive duration in s, found one that is not"
-        )
     table["speed_mm_s"] = (
         table["speed_mm_s"].astype(np.float64) if "speed_mm_s" in table else np.nan
     )
@@ -74,17 +77,11 @@ def checked_trials(trials: Any, where: object) -> pd.DataFrame:
     return table
 
 
-def _require_times(
-    times: NDArray[np.float64],
-    offsets: NDArray[np.int64],
-    units: pd.DataFrame,
-    trials: pd.DataFrame,
-    where: object,
-) -> None:
-    """Refuse times that can't be; say where units of ms are the likely reason."""
-    train = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    trial, unit = np.divmod(train, max(len(units), 1))
-    beyond = times > trials["duration_s"].to_numpy(np.float64)[trial]
+def _require_times(spikes: "Spikes", where: object) -> None:
+    """Refuse times that can't be; say where a wrong unit is the likely reason."""
+    times, (train, trial, unit) = spikes.times, spikes.places()
+    lasting = spikes.durations_s.ravel()[train]
+    beyond = times > lasting
     faults = {
         "finite times": ~np.isfinite(times),
         "times of 0 s or more, from the trial's start": times < 0,
@@ -95,12 +92,93 @@ def _require_times(
     for expected, wrong in faults.items():
         if wrong.any():
             at, do = int(wrong.argmax()), ""
-            if wrong is beyond:
+            if expected == "times in ascending order":
+                do = "; sort them, if they are of one trial"
+            elif wrong is beyond and beyond.mean() > 0.5:
+                do = "; most spikes lie beyond: if times are in ms, divide them by 1000 (or name a "
+                do += "table's column time_ms)"
+            elif wrong is beyond:
                 do = f"; {beyond.sum()} spikes lie beyond: give the trial's true duration"
-                if beyond.mean() > 0.5:
-                    do = "; most spikes lie beyond: if times are in ms, divide them by 1000"
-            found = f"{times[at]:g} s in trial {trial[at]} of unit {units.index[unit[at]]}"
+            found = f"{times[at]:g} s in trial {trial[at]} of unit {spikes.units.index[unit[at]]}"
             raise InputError(f"{where}: expected {expected}, found {found}{do}")
+    if len(times) >= _FEW and (times < _INSTANT * lasting).all():
+        raise InputError(
+            f"{where}: expected spikes all through the trials, found all {len(times)} in the first "
+            f"{1e3 * times.max():.2g} ms; if times are in s, don't divide them by 1000 (and name "
+            "a table's column time_s)"
+        )
+    by_unit = _intervals(spikes).groupby("unit", sort=False)["short"].agg(["size", "sum"])
+    twice = by_unit[(by_unit["size"] >= _FEW) & (by_unit["sum"] > by_unit["size"] / 3)]
+    if len(twice):
+        n, short = twice.sum()
+        raise InputError(
+            f"{where}: expected spikes of a fibre {1e3 * REFRACTORY_S:g} ms apart or more, its "
+            f"refractory time, found {short} of {n} intervals shorter in {len(twice)} of "
+            f"{spikes.n_units} units ({_some(twice.index)}); remove spikes that stand twice, or "
+            "give times in s"
+        )
+
+
+def _intervals(spikes: "Spikes") -> pd.DataFrame:
+    """Return a row for each interval in a train: `s`, `unit`, and whether it is `short`."""
+    train, _, unit = spikes.places()
+    within = np.diff(train) == 0
+    apart_s = np.diff(spikes.times)[within]
+    unit_names = spikes.units.index.to_numpy(str)[unit[1:][within]]
+    return pd.DataFrame({"s": apart_s, "unit": unit_names, "short": apart_s < REFRACTORY_S})
+
+
+def doubts_about(spikes: "Spikes") -> list[str]:
+    """Return what is likely wrong with durations and times, a sentence each.
+
+    A unit whose trains all end early was recorded for a shorter time than is given, and its rates
+    come out too low. Intervals below the refractory time are spikes that stand twice, or of two
+    fibres. Where all intervals are as long as a refractory time whose ms are taken for s, times and
+    durations are in ms.
+    """
+    train, trial, unit = spikes.places()
+    speed = spikes.trials["speed_mm_s"].map("{:g}".format).to_numpy(str)
+    table = pd.DataFrame({
+        "share": spikes.times / spikes.durations_s.ravel()[train],
+        "unit": spikes.units.index.to_numpy(str)[unit],
+        "speed": speed[trial],
+    })  # fmt: skip
+    last = table.groupby(["speed", "unit"], sort=False)["share"].agg(["size", "max"])
+    early = last[(last["size"] >= _FEW) & (last["max"] < 2 / 3)].reset_index()
+    found = []
+    if len(early):
+        names = early["unit"].unique()
+        found.append(
+            f"no train of {len(names)} of {spikes.n_units} units ({_some(names)}) reaches the last "
+            f"third of its trial at {_some(early['speed'].unique())} mm/s: where recordings were "
+            "shorter, rates come out too low; give each train its own duration (durations_s)"
+        )
+    intervals = _intervals(spikes)
+    if len(short := intervals[intervals["short"]]):
+        names = short["unit"].unique()
+        found.append(
+            f"{len(short)} of {len(intervals)} intervals between spikes are below the refractory "
+            f"time of a fibre, {1e3 * REFRACTORY_S:g} ms, in {len(names)} units ({_some(names)}): "
+            "look for spikes that stand twice, and for two fibres in one unit"
+        )
+    if len(intervals) >= _FEW and intervals["s"].min() >= 1e3 * REFRACTORY_S:
+        found.append(
+            f"all spikes of a train are {intervals['s'].min():.2g} s apart or more: if times and "
+            "durations are in ms, divide both by 1000"
+        )
+    return found
+
+
+def _some(names: Iterable[str], most: int = 5) -> str:
+    shown = list(names)
+    return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
+
+
+def _with_shortest(trials: pd.DataFrame, durations_s: NDArray[np.float64]) -> pd.DataFrame:
+    """Return trials that last as long as the shortest of their trains; as before where none is."""
+    shortest = np.fmin.reduce(durations_s, axis=1, initial=np.inf)
+    before = trials.get("duration_s", np.nan)
+    return trials.assign(duration_s=np.where(np.isfinite(shortest), shortest, before))
 
 
 def _offsets(lengths: ArrayLike) -> NDArray[np.int64]:
@@ -138,16 +216,16 @@ class Spikes:
         this, 0 where nothing limits them) and `receptive_field` (tuple of markers or channels).
     trials
         A row a trial: `texture`, `speed_mm_s` (NaN where it is not known), `repetition`,
-        `duration_s`, and any further conditions.
-    recorded
-        `(trial, unit)`, whether the unit was there.
+        `duration_s` (which all its trains last: the shortest), and any further conditions.
+    durations_s
+        `(trial, unit)`, how long each train was recorded; NaN where the unit was not.
     """
 
     times: NDArray[np.float64]
     offsets: NDArray[np.int64]
     units: pd.DataFrame
     trials: pd.DataFrame
-    recorded: NDArray[np.bool_]
+    durations_s: NDArray[np.float64]
 
     @classmethod
     def from_trains(
@@ -156,8 +234,12 @@ class Spikes:
         units: Any,
         trials: Any,
         where: object = "spikes",
+        durations_s: ArrayLike | None = None,
     ) -> Self:
         """Return the spikes of trains given trial by trial, unit by unit.
+
+        Warns of what `doubts_about` finds: durations that are longer than the trains, and intervals
+        that no fibre has.
 
         Parameters
         ----------
@@ -166,16 +248,36 @@ class Spikes:
             unit was not recorded.
         units, trials
             Anything that `pandas.DataFrame` takes. Units need `name` and `class`, trials
-            `texture` and `duration_s`.
+            `texture`, and `duration_s` unless `durations_s` is given.
         where
             Named in errors: the file or variable they were read from.
+        durations_s
+            Of each train, `(trial, unit)` or what broadcasts to it, where fibres were recorded for
+            different times.
 
         Raises
         ------
         InputError
-            If a time is not finite, negative, before its predecessor or after the trial's end, if
-            two units have one name, or if a column is missing.
+            If a time is not finite, negative, before its predecessor or after its train's end, if
+            times are in another unit or stand twice, two units have one name, a column is missing,
+            or a duration is no positive number.
         """
+        found = cls.unchecked(trains, units, trials, where, durations_s)
+        _require_times(found, where)
+        for doubt in doubts_about(found):
+            warnings.warn(f"{where}: {doubt}", stacklevel=2)
+        return found
+
+    @classmethod
+    def unchecked(
+        cls,
+        trains: Sequence[Sequence[ArrayLike | None]],
+        units: Any,
+        trials: Any,
+        where: object = "spikes",
+        durations_s: ArrayLike | None = None,
+    ) -> Self:
+        """Return what `from_trains` does of times that were checked already."""
         unit_table, trial_table = checked_units(units, where), checked_trials(trials, where)
         shape = (len(trial_table), len(unit_table))
         if len(trains) != shape[0] or any(len(row) != shape[1] for row in trains):
@@ -183,15 +285,33 @@ class Spikes:
             raise InputError(
                 f"{where}: expected trains of {shape[0]} trials of {shape[1]} units, found {found}"
             )
+        if durations_s is None:
+            if "duration_s" not in trial_table:
+                raise InputError(
+                    f"{where}: expected how long trials last, found columns {list(trial_table)}; "
+                    "give trials a column duration_s, or each train its own (durations_s)"
+                )
+            durations_s = trial_table["duration_s"].to_numpy(np.float64)[:, None]
+        with reading(where, f"durations_s of {shape[0]} trials x {shape[1]} units", ValueError):
+            lasting = np.broadcast_to(np.asarray(durations_s, np.float64), shape).copy()
         recorded = np.array([[train is not None for train in row] for row in trains], bool)
+        lasting[~recorded.reshape(shape)] = np.nan
+        if not (np.isfinite(lasting) & (lasting > 0))[recorded.reshape(shape)].all():
+            raise InputError(
+                f"{where}: expected trains of a positive duration in s, found one that is not"
+            )
         flat = [
             np.asarray([] if train is None else train, np.float64).ravel()
             for row in trains
             for train in row
         ]
         times, offsets = np.concatenate([*flat, np.empty(0)]), _offsets([*map(len, flat)])
-        _require_times(times, offsets, unit_table, trial_table, where)
-        return cls(times, offsets, unit_table, trial_table, recorded.reshape(shape))
+        return cls(times, offsets, unit_table, _with_shortest(trial_table, lasting), lasting)
+
+    @property
+    def recorded(self) -> NDArray[np.bool_]:
+        """`(trial, unit)`, whether the unit was there."""
+        return ~np.isnan(self.durations_s)
 
     @property
     def n_units(self) -> int:
@@ -208,16 +328,21 @@ class Spikes:
         at = trial * self.n_units + unit
         return self.times[self.offsets[at] : self.offsets[at + 1]]
 
+    def places(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Return for each spike the places of its train (as in `offsets`), trial and unit."""
+        train = np.repeat(np.arange(self.durations_s.size), np.diff(self.offsets))
+        trial, unit = np.divmod(train, max(self.n_units, 1))
+        return train, trial, unit
+
     def counts(self) -> NDArray[np.float64]:
         """Return `(trial, unit)`, how many spikes; NaN where a unit was not recorded."""
-        counts = np.diff(self.offsets).reshape(self.recorded.shape).astype(np.float64)
+        counts = np.diff(self.offsets).reshape(self.durations_s.shape).astype(np.float64)
         counts[~self.recorded] = np.nan
         return counts
 
     def rates(self) -> NDArray[np.float64]:
-        """Return `(trial, unit)`, spikes/s over whole trials; NaN where not recorded."""
-        duration_s: NDArray[np.float64] = self.trials["duration_s"].to_numpy(np.float64)
-        return self.counts() / duration_s[:, None]
+        """Return `(trial, unit)`, spikes/s over whole trains; NaN where not recorded."""
+        return self.counts() / self.durations_s
 
     def binned(self, width_s: float, stop_s: float | None = None) -> xr.DataArray:
         """Return `(trial, unit, time)`, counts in bins of one width from each trial's start.
@@ -239,11 +364,10 @@ class Spikes:
         if n < 1:
             raise InputError(f"bins: expected a width of at most {stop_s:g} s, found {width_s:g} s")
         # places of spikes in a flat (trial, unit, bin) array
-        cells = np.repeat(np.arange(self.recorded.size), np.diff(self.offsets))
-        inside = self.times < n * width_s
+        train, inside = self.places()[0], self.times < n * width_s
         bins = np.minimum(np.floor(self.times / width_s + 1e-9), n - 1).astype(np.int64)
-        flat = np.bincount(cells[inside] * n + bins[inside], minlength=self.recorded.size * n)
-        counts = flat.reshape(*self.recorded.shape, n).astype(np.float64)
+        flat = np.bincount(train[inside] * n + bins[inside], minlength=self.durations_s.size * n)
+        counts = flat.reshape(*self.durations_s.shape, n).astype(np.float64)
         counts[~self.recorded] = np.nan
         coords = {"time": np.arange(n) * width_s, "unit": self.units.index.to_numpy(str)}
         return xr.DataArray(counts, coords, ("trial", "unit", "time"), attrs={"units": "spikes"})
@@ -260,13 +384,14 @@ class Spikes:
         lengths = np.diff(self.offsets)[cells]
         offsets = _offsets(lengths)
         at = np.repeat(self.offsets[cells] - offsets[:-1], lengths) + np.arange(offsets[-1])
+        durations_s = self.durations_s[np.ix_(rows, columns)]
         return replace(
             self,
             times=self.times[at],
             offsets=offsets,
             units=self.units.iloc[columns],
-            trials=self.trials.iloc[rows].reset_index(drop=True),
-            recorded=self.recorded[np.ix_(rows, columns)],
+            trials=_with_shortest(self.trials.iloc[rows].reset_index(drop=True), durations_s),
+            durations_s=durations_s,
         )
 
     def of_class(self, *classes: str) -> Self:
@@ -294,6 +419,7 @@ class Spikes:
             times=self.times[kept] - start_s,
             offsets=before[self.offsets],
             trials=self.trials.assign(duration_s=stop_s - start_s),
+            durations_s=np.where(self.recorded, stop_s - start_s, np.nan),
         )
 
     def stretched(self, factors: ArrayLike) -> Self:
@@ -304,27 +430,32 @@ class Spikes:
         What the units' times resolve is stretched by the greatest factor.
         """
         factor = np.broadcast_to(np.asarray(factors, np.float64), self.n_trials)
-        per_spike = np.repeat(np.repeat(factor, self.n_units), np.diff(self.offsets))
         return replace(
             self,
-            times=self.times * per_spike,
+            times=self.times * factor[self.places()[1]],
             units=self.units.assign(resolution_s=self.units["resolution_s"] * factor.max()),
             trials=self.trials.assign(duration_s=self.trials["duration_s"] * factor),
+            durations_s=self.durations_s * factor[:, None],
         )
 
     def to_table(self) -> pd.DataFrame:
-        """Return a row a spike: `trial`, `unit`, `class`, `texture`, `speed_mm_s`, `time_s`."""
-        cells = np.repeat(np.arange(self.recorded.size), np.diff(self.offsets))
-        trial, unit = np.divmod(cells, max(self.n_units, 1))
-        return pd.DataFrame(
-            {
-                "trial": trial,
-                "unit": self.units.index.to_numpy(str)[unit],
-                "class": self.units["class"].to_numpy(str)[unit],
-                "texture": self.trials["texture"].to_numpy(str)[trial],
-                "speed_mm_s": self.trials["speed_mm_s"].to_numpy(np.float64)[trial],
-                "time_s": self.times,
-            }
+        """Return a row a spike, as `read_spikes` reads it; a train without spikes has one of NaN.
+
+        Columns are `trial`, `unit`, `class`, `texture`, `speed_mm_s`, `repetition`, `duration_s`
+        (of the train) and `time_s`.
+        """
+        silent = self.recorded.ravel() & (np.diff(self.offsets) == 0)
+        train = np.repeat(np.arange(silent.size), np.diff(self.offsets) + silent)
+        trial, unit = np.divmod(train, max(self.n_units, 1))
+        time_s = np.full(len(train), np.nan)
+        time_s[~silent[train]] = self.times
+        of_trial = self.trials[["texture", "speed_mm_s", "repetition"]].iloc[trial]
+        return of_trial.reset_index(drop=True).assign(
+            trial=trial,
+            unit=self.units.index.to_numpy(str)[unit],
+            duration_s=self.durations_s.ravel()[train],
+            time_s=time_s,
+            **{"class": self.units["class"].to_numpy(str)[unit]},
         )
 
 
@@ -349,5 +480,5 @@ def joined(parts: Iterable[Spikes]) -> Spikes:
         _offsets(np.concatenate([np.diff(part.offsets) for part in parts])),
         parts[0].units.assign(resolution_s=coarsest),
         pd.concat([part.trials for part in parts], ignore_index=True),
-        np.concatenate([part.recorded for part in parts]),
+        np.concatenate([part.durations_s for part in parts]),
     )

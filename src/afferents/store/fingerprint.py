@@ -2,9 +2,11 @@
 
 Such a copy differs in every byte. What stays is how the skin or the sound fluctuates over time: no
 two runs do that alike, not even of one texture at one speed. A fingerprint is that, a number a
-step; recordings of equal length are compared step by step.
+step; recordings of equal length are compared step by step. Of slow tables, whose taxels may all
+follow one force, it is a number that stands for each row: copies have equal rows.
 """
 
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,7 +20,7 @@ from afferents.store.responses import Responses, steady_s
 Series = NDArray[np.float32]
 """Fluctuations, shape (step,), mean 0 and standard deviation 1."""
 Fingerprint = dict[str, Series]
-"""A series a kind, of those that a recording has: `tracks`, `sound`, `taxels`."""
+"""A series a kind, of those that a recording has: `tracks`, `sound`, `rows`."""
 
 FEWEST, MOST = 80, 1024
 """Steps of a fingerprint: fewer are alike by chance."""
@@ -28,8 +30,8 @@ same: recordings of one texture at one speed must be more alike."""
 TOO_EVEN = 0.95
 """What is so much like itself a little later is like every other run that swings at that rate."""
 _STEP_S, _SLOWER_HZ = 0.05, 400
-"""Sound: its energy below about 200 Hz, so often. What is sampled slower (taxels) is compared
-sample by sample."""
+"""Sound: its energy below about 200 Hz, so often. What is sampled slower (tables) is compared row
+by row."""
 _FLOOR = 0.3
 """Energies below this share of the mean say nothing: the noise of 8 bits lies there."""
 _FARTHEST = 6.0
@@ -42,7 +44,7 @@ def fingerprint(responses: Responses) -> Fingerprint:
     Parameters
     ----------
     responses
-        With `position` for `tracks`, with `ra2` for `sound` or `taxels`; what is too short or
+        With `position` for `tracks`, with `ra2` for `sound` or `rows`; what is too short or
         does not fluctuate has none.
     """
     found: dict[str, NDArray[np.float64]] = {}
@@ -50,8 +52,8 @@ def fingerprint(responses: Responses) -> Fingerprint:
         found["tracks"] = _tracks(responses)
     if dims.RA2 in responses:
         rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
-        kind = "sound" if rate_hz >= _SLOWER_HZ else "taxels"
-        found[kind] = (_sound if kind == "sound" else _taxels)(responses, rate_hz)
+        kind = "sound" if rate_hz >= _SLOWER_HZ else "rows"
+        found[kind] = (_sound if kind == "sound" else _rows)(responses, rate_hz)
     every = {kind: _standardised(series) for kind, series in found.items()}
     return {kind: series for kind, series in every.items() if series.any()}
 
@@ -77,11 +79,15 @@ def _sound(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
     return np.diff(np.log(energy + _FLOOR * energy.mean() + 1e-20)) if n_steps else energy
 
 
-def _taxels(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
-    """How a sum of all taxels, with signs by chance, changes from sample to sample."""
-    samples = _steady(responses, rate_hz, MOST + 1)
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], samples.shape[1])
-    return np.diff(samples @ signs)
+def _rows(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
+    """Return a checksum of each row: series of them are alike by the share of rows that are equal.
+
+    Rows that repeat the one before, as at rest, say nothing.
+    """
+    rows = _steady(responses, rate_hz, MOST)
+    series = np.array([zlib.crc32(row.tobytes()) for row in rows], np.float64) - 2.0**31
+    series[1:][np.diff(series) == 0] = 0
+    return series
 
 
 def _steady(responses: Responses, rate_hz: float, most: int) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ import afferents
 from afferents import DataSet, Recording, Session, WavFile
 from afferents.folds.controls import CONTROLS, controlled
 from afferents.folds.held_out import SPEED
+from afferents.reporting.tables import controls_table
 from afferents.store.responses import steady_s
 from afferents.store.zarr_store import open_responses
 
@@ -67,6 +68,22 @@ def test_loudness_alone_is_seen_by_every_control_but_those_that_take_it(tmp_path
     found = evaluated(data, tmp_path / "r")
     assert min(found["none"], found["shuffled"], found["amplitudes"]) > 0.95
     assert max(found["offsets"], found["permuted"]) < 0.7
+
+
+def test_controls_that_are_left_out_are_named_with_why(tmp_path, capsys):
+    (tmp_path / "data").mkdir()
+    data = recorded(tmp_path / "data", lambda number, speed, noise: 0.02 * 2**number * noise)
+    found = afferents.evaluate(
+        data, tmp_path / "r", "ridge-te", held_out="20", quiet=True, workers=1
+    ).found
+    why = "they answer no question with --held-out; evaluate once without"
+    assert found.controls == {}
+    assert why in found.controls_left_out
+    said = capsys.readouterr().err
+    assert f"controls ({', '.join(CONTROLS)}) are left out: {why}" in said
+    table = controls_table(found)
+    assert len(table) == len(CONTROLS)
+    assert why in table.attrs["caption"]
 
 
 def test_labels_are_exchanged_within_a_group_and_nothing_else_changes(stores):

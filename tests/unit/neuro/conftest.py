@@ -1,9 +1,10 @@
-"""Files as laboratories have them: of MATLAB in two versions, NWB of others and ours."""
+"""Files as laboratories have them: of MATLAB, NWB of others and ours."""
 
+import ast
 from datetime import UTC, datetime
 from itertools import count
+from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -14,7 +15,7 @@ TEXTURES = ["denim", "silk", "corduroy"]
 SPEEDS = [40.0, 80.0, 120.0]
 CLASSES = ["SA1", "SA1", "RA", "PC"]
 DURATION_S = 1.0
-_NUMBERS = count()
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="session")
@@ -24,101 +25,21 @@ def trains():
     found = np.empty((len(CLASSES), len(TEXTURES), len(SPEEDS), 2), object)
     for at in np.ndindex(found.shape):
         n = 0 if at[0] == 1 else 1 + rng.poisson(5)
-        found[at] = np.sort(rng.uniform(0, DURATION_S, n))
+        found[at] = np.sort(rng.uniform(0, DURATION_S - 1e-3 * n, n)) + 1e-3 * np.arange(n)
     for repetition in range(2):
         found[3, 2, 1, repetition] = None
     return found
 
 
-def cell(values):
-    """A MATLAB cell array of a list, as a row."""
-    row = np.empty((1, len(values)), object)
-    row[0] = values
-    return row
-
-
-def write_v5(path, variables):
-    scipy.io.savemat(path, {name: _struct_array(value) for name, value in variables.items()})
-    return path
-
-
-def _struct_array(value):
-    """An array of structs of a list of dicts, as MATLAB has it."""
-    if not isinstance(value, list):
-        return value
-    structs = np.empty((1, len(value)), [(field, object) for field in value[0]])
-    for number, one in enumerate(value):
-        structs[0, number] = tuple(one.values())
-    return structs
-
-
-def write_v73(path, variables):
-    """Write variables as MATLAB's save -v7.3 does: turned round, cells as references."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        refs = file.create_group("#refs#")
-        for name, value in variables.items():
-            _write(file, refs, name, value)
-    with path.open("r+b") as file:
-        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-    return path
-
-
-def _write(parent, refs, name, value):
-    if isinstance(value, dict):
-        group = parent.create_group(name)
-        group.attrs["MATLAB_class"] = np.bytes_("struct")
-        for field, one in value.items():
-            _write(group, refs, field, one)
-        return group
-    if isinstance(value, list) and value and isinstance(value[0], dict):  # an array of structs
-        group = parent.create_group(name)
-        group.attrs["MATLAB_class"] = np.bytes_("struct")
-        for field in value[0]:
-            _references(group, refs, field, cell([one[field] for one in value]))
-        return group
-    if isinstance(value, str):
-        codes = np.array([[ord(letter)] for letter in value], np.uint16)
-        return _marked(parent.create_dataset(name, data=codes), "char")
-    array = np.asarray(value)
-    if array.dtype.kind == "O":
-        return _marked(_references(parent, refs, name, array), "cell")
-    array = np.atleast_2d(array).astype(float)
-    if not array.size:
-        empty = parent.create_dataset(name, data=np.array(array.shape, np.uint64))
-        empty.attrs["MATLAB_empty"] = np.uint8(1)
-        return _marked(empty, "double")
-    return _marked(parent.create_dataset(name, data=array.T), "double")
-
-
-def _marked(dataset, kind):
-    dataset.attrs["MATLAB_class"] = np.bytes_(kind)
-    return dataset
-
-
-def _references(parent, refs, name, array):
-    flat = np.empty(array.size, h5py.ref_dtype)
-    for number, one in enumerate(array.ravel()):
-        flat[number] = _write(refs, refs, f"r{next(_NUMBERS)}", one).ref
-    return parent.create_dataset(name, data=flat.reshape(array.shape).T, dtype=h5py.ref_dtype)
-
-
-WRITERS = {"v5": write_v5, "v7.3": write_v73}
-
-
-@pytest.fixture(params=WRITERS)
-def write_mat(request):
-    """Write a MATLAB file, of each version."""
-    return WRITERS[request.param]
-
-
-@pytest.fixture(scope="session")
-def as_cell():
-    return cell
-
-
 FINGERTIP = {40.0: 2.0, 80.0: 1.0, 120.0: 0.8}
-"""Speeds, mm/s, and how long recordings last, s."""
+"""Speeds, mm/s, and how long recordings last, s; at the fastest, every other fibre's last less."""
+SHORTER_S = 0.5
 _EMPTY = [(0, 0), (0, 1), (1, 0)]
+
+
+def lasting_s(speed, fibre):
+    """How long a fibre was recorded at a speed."""
+    return SHORTER_S if speed == 120.0 and fibre % 2 else FINGERTIP[speed]
 
 
 @pytest.fixture
@@ -129,7 +50,7 @@ def write_fingertip():
         """Trains by speed, texture, fibre and repetition; empty cells of each shape in turn."""
         spikes, rates = np.empty((1, 3), object), np.empty((1, 3), object)
         shapes = count()
-        for v, seconds in enumerate(FINGERTIP.values()):
+        for v, speed in enumerate(FINGERTIP):
             cells = np.empty(trains.shape[1:], object)
             rate = np.full(cells.shape, np.nan)
             for at in np.ndindex(cells.shape):
@@ -138,14 +59,25 @@ def write_fingertip():
                 if not len(times):
                     cells[at] = np.empty(_EMPTY[next(shapes) % 3])
                 if recorded[v][at]:
-                    rate[at] = len(times) / seconds
+                    rate[at] = len(times) / lasting_s(speed, at[1])
             spikes[0, v], rates[0, v] = cells, rate
-        types = np.empty((len(classes), 1), object)
-        types[:, 0] = classes
-        scipy.io.savemat(path, {"spikes": spikes, "rates": rates, "neuron_types": types})
+        texts = {"neuron_types": classes, "neuron_id": [f"n{n}" for n in range(len(classes))]}
+        cells = {name: np.array(values, object)[:, None] for name, values in texts.items()}
+        scipy.io.savemat(path, {"spikes": spikes, "rates": rates, **cells})
         return path
 
     return write
+
+
+@pytest.fixture(scope="session")
+def read_fibres():
+    """The function that the gallery shows."""
+    page = ast.parse((ROOT / "docs/gallery/13_nerve_fibres.py").read_text("utf-8"))
+    kinds = (ast.Import, ast.ImportFrom, ast.FunctionDef)
+    page.body = [part for part in page.body if isinstance(part, kinds)]
+    names = {}
+    exec(compile(page, "13_nerve_fibres.py", "exec"), names)
+    return names["read_fibres"]
 
 
 TRIALS = [("denim", 4.0, 10.0, 11.0), ("silk", 4.0, 11.0, 11.5), ("denim", 4.0, 20.0, 21.0)]

@@ -19,6 +19,9 @@ from afferents.neuro import (
 from afferents.neuro.speed import match_by_class
 from afferents.spikes import Spikes
 
+# trains here are drawn without a refractory time
+pytestmark = pytest.mark.filterwarnings("ignore:.*refractory time:UserWarning")
+
 SPEEDS = (40.0, 60.0, 80.0, 120.0)
 
 

@@ -14,6 +14,9 @@ from afferents.neuro.decoding import code_sentences
 from afferents.neuro.neural import sentences_of
 from afferents.spikes import Spikes
 
+# trains here are drawn without a refractory time
+pytestmark = pytest.mark.filterwarnings("ignore:.*refractory time:UserWarning")
+
 TABLES = {
     "rates": pd.DataFrame(
         {"class": ["SA"] * 11, "texture": list("abcdefghijk"), "speed_mm_s": [40.0] * 11,
@@ -86,7 +89,8 @@ def test_fibres_that_share_nothing_are_matched_alone():
     texture = natural.trials["texture"].str[1:].to_numpy(int)
     speed = natural.trials["speed_mm_s"].to_numpy()
     recorded = (texture[:, None] + np.arange(8)) % 2 == (speed[:, None] > 100)
-    found = beside(artificial, replace(natural, recorded=recorded), 0.2, 0, "made")
+    durations_s = np.where(recorded, natural.durations_s, np.nan)
+    found = beside(artificial, replace(natural, durations_s=durations_s), 0.2, 0, "made")
     assert "beside_resolution" not in found.tables
     assert not found.figures
     assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
@@ -120,8 +124,8 @@ def test_as_many_of_everything_as_both_have():
 
 def test_repetitions_are_those_that_most_units_were_recorded_in():
     twice, thrice = (fibres(0.0, 3, 4, repetitions=n) for n in (2, 3))
-    gapped = replace(thrice, recorded=thrice.recorded.copy())
-    gapped.recorded[thrice.trials["repetition"] == 0] = [False, True, True, True]
+    gapped = replace(thrice, durations_s=thrice.durations_s.copy())
+    gapped.durations_s[thrice.trials["repetition"] == 0, 0] = np.nan
     for one in matched(twice, gapped, gaps=True):
         assert one.trials.groupby(["texture", "speed_mm_s"]).size().tolist() == [2] * 9
         assert one.recorded.all()

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from afferents import read_natural, read_nwb
+from afferents import read_nwb, read_spikes
 from afferents.errors import InputError
 from afferents.neuro import described_natural
 
@@ -36,30 +36,17 @@ def test_a_file_of_others(other):
     assert described_natural(spikes)[1] == "Without any spike: 2."
 
 
-def test_the_same_by_a_description(other, tmp_path):
-    (tmp_path / "natural.toml").write_text(f"""
-file = "{other}"
-[columns]
-texture = "stimulus"
-speed = "v"
-fibre_class = "cell_type"
-[trials]
-speed_unit = "cm/s"
-""")
-    require_right(read_natural(tmp_path / "natural.toml"))
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"fibre_class": "note"}, "classes SA, RA or PC of fibres, found 'afferent X'; say in"),
+        ({"fibre_class": "note"}, "classes SA, RA or PC of fibres, found 'afferent X'; write in"),
         ({"texture": "t"}, "a column 't', found columns .*stimulus, v, force"),
         (
             {"speed": "speed"},
-            "a column 'speed', .*; name the one that is meant in .columns., or write",
+            "a column 'speed', .*; name the one that is meant in read_nwb, or None",
         ),
-        ({"speed_unit": "km/h"}, "read_nwb: expected arguments with trials.speed_unit: 'mm/s'"),
-        ({"words": {"x": "SA1"}}, "arguments with fibres.words.x: 'SA', 'RA' or 'PC', found 'SA1'"),
+        ({"speed_unit": "km/h"}, "speed_unit: expected one of mm/s, cm/s, m/s, found 'km/h'"),
+        ({"words": {"PC": "SA1"}}, "expected classes of SA, RA, PC, found 'SA1'"),
     ],
 )
 def test_columns_that_are_not_there_are_refused(other, changes, said):
@@ -92,12 +79,8 @@ def test_files_that_hold_no_trials_of_units_are_refused(other, tmp_path, write_n
             read_nwb(path, **OWN)
 
 
-def test_units_are_named_alike_by_a_description_and_keys_that_are_not_read_are_refused(
-    written, tmp_path
-):
-    path = tmp_path / "natural.toml"
-    path.write_text(f'file = "{written}"\n')
-    assert read_natural(path).units.index.tolist() == read_nwb(written).units.index.tolist()
-    path.write_text(f'file = "{written}"\n[trials]\nduration_s = 1.0\n')
-    with pytest.raises(InputError, match=r"\.nwb files, found 'duration_s' in \[trials\]; remove"):
-        read_natural(path)
+def test_a_file_with_our_columns_is_read_by_its_suffix(written):
+    spikes, same = read_spikes(written), read_nwb(written)
+    assert spikes.units.index.tolist() == same.units.index.tolist()
+    np.testing.assert_array_equal(spikes.times, same.times)
+    assert read_nwb(written, speed=None).trials["speed_mm_s"].isna().all()

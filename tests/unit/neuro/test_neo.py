@@ -26,7 +26,8 @@ def spikes():
         "force": [1, 2],
     }
     trains = [[[0.1, 1.0], [], [0.5]], [[0.25], None, [0.0]]]
-    return Spikes.from_trains(trains, units, trials)
+    durations_s = [[1, 1, 0.75], [0.5, 0.5, 0.5]]
+    return Spikes.from_trains(trains, units, trials, durations_s=durations_s)
 
 
 def test_segments_are_trials_and_trains_are_units(spikes):
@@ -43,7 +44,7 @@ def test_they_come_back_as_they_went_in(spikes):
     found = from_neo(to_neo(spikes))
     np.testing.assert_array_equal(found.times, spikes.times)
     np.testing.assert_array_equal(found.offsets, spikes.offsets)
-    np.testing.assert_array_equal(found.recorded, spikes.recorded)
+    np.testing.assert_array_equal(found.durations_s, spikes.durations_s)
     pd.testing.assert_frame_equal(found.units, spikes.units)
     pd.testing.assert_frame_equal(found.trials[list(spikes.trials)], spikes.trials)
 
@@ -72,9 +73,9 @@ def test_blocks_of_others():
     segment.annotate(duration_s=7.0)
     late = {"t_start": 1.2, "t_stop": 1.5, "name": "late", "class": "SA"}
     segment.spiketrains.append(neo.SpikeTrain([1.25], units="s", **late))
-    found = from_neo(block)  # trains keep their places in the trial, which lasts as long as they do
+    found = from_neo(block)  # trains keep their places in the trial, and their ends
     np.testing.assert_allclose([found.train(0, 0), found.train(0, 1)], [[0.1], [0.25]])
-    assert found.trials["duration_s"].tolist() == [1.0]
+    np.testing.assert_allclose(found.durations_s, [[1.0, 0.5]])
 
 
 @pytest.mark.parametrize(

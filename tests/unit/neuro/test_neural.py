@@ -45,15 +45,17 @@ def test_tables_of_a_users_are_left(fails, tmp_path):
     assert (tmp_path / "rates.csv").read_text() == "precious"
 
 
-NATURAL = """
-file = "fibres.csv"
-
-[columns]
-fibre = "unit"
-
-[trials]
-duration_s = 0.3
-"""
+def test_what_is_doubtful_about_fibres_is_noted(run, fails, tmp_path):
+    times = [f"a,SA,silk,40,0.8,{time:.4f}" for time in np.linspace(0.01, 0.5, 40)]
+    lines = ["unit,class,texture,speed_mm_s,duration_s,time_s", *times]
+    (tmp_path / "fibres.csv").write_text("\n".join(lines))
+    asked = ("--out", tmp_path / "out", "--natural", tmp_path / "fibres.csv")
+    _, _, said = run("neural", tmp_path / "S.zarr", *asked)
+    assert f"warning: {tmp_path / 'fibres.csv'}: no train of 1 of 1 units (a) reaches" in said
+    assert "UserWarning" not in said
+    (tmp_path / "fibres.toml").touch()
+    said = fails("neural", tmp_path / "S.zarr", *asked[:3], tmp_path / "fibres.toml")
+    assert "expected a table of spikes (.csv, .parquet) or an NWB file" in said
 
 
 def test_fibres_are_put_beside(found, stores, tmp_path):
@@ -61,8 +63,7 @@ def test_fibres_are_put_beside(found, stores, tmp_path):
     results, _ = found
     few = results.spikes.of_class("RA").select(units=[40, 80, 120, 200, 260]).window(0, 0.3)
     few.to_table().to_csv(tmp_path / "fibres.csv", index=False)
-    (tmp_path / "fibres.toml").write_text(NATURAL)
-    asked = {"window_s": 0.05, "natural": tmp_path / "fibres.toml", "quiet": True}
+    asked = {"window_s": 0.05, "natural": tmp_path / "fibres.csv", "quiet": True}
     beside = afferents.neural(stores["video"], tmp_path / "out", classes=["RA"], **asked)
     assert (tmp_path / "out" / "beside.png").stat().st_size > 10_000
     assert (tmp_path / "out" / "natural_raster.png").stat().st_size > 10_000

@@ -101,13 +101,28 @@ def test_a_robot_may_slide_over_the_same_track_again():
     assert found(sounding(sound), sounding(again), same_label=True) == []
 
 
-def test_taxels_are_compared_sample_by_sample():
+def test_tables_that_have_equal_rows_are_copies():
     rng = np.random.default_rng(0)
     taxels = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
-    other = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
-    (copy,) = found(sounding(taxels, 35.7), sounding(taxels + 3, 35.7))
-    assert copy.kind == "taxels"
-    assert found(sounding(taxels, 35.7), sounding(other, 35.7)) == []
+    renamed = taxels.copy()
+    renamed[::10] += 1  # a tenth of the rows was changed
+    for same_label in (False, True):
+        (copy,) = found(sounding(taxels, 35.7), sounding(taxels, 35.7), same_label)
+        assert copy.kind == "rows"
+    (copy,) = found(sounding(taxels, 35.7), sounding(renamed, 35.7))
+    assert copy.alike == pytest.approx(0.9, abs=0.06)
+
+
+def test_tables_that_fluctuate_alike_in_other_rows_are_no_copies():
+    """Two plates pressed and slid alike: nine taxels that all follow one force."""
+    rng = np.random.default_rng(0)
+    force = np.cumsum(rng.normal(size=400))[:, None] * np.linspace(0.5, 1.5, 9)
+    one, other = (force + rng.normal(0, 0.1, (400, 9)) for _ in range(2))
+    assert np.corrcoef(np.diff(one[:, 0]), np.diff(other[:, 0]))[0, 1] > 0.9
+    assert found(sounding(one, 300.0), sounding(other, 300.0)) == []
+    for table in (one, other):
+        table[:300] = 0  # at rest for most of the time: rows that are equal in both
+    assert found(sounding(one, 300.0), sounding(other, 300.0)) == []
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,0 @@
-"""Natural afferents: recordings of nerve fibres, from MATLAB, NWB and tables."""
