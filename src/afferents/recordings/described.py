@@ -9,7 +9,12 @@ from typing import Any
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.series import SeriesFile, resampling_sentences, unchecked_sentences
+from afferents.recordings.series import (
+    SeriesFile,
+    column_sentences,
+    resampling_sentences,
+    unchecked_sentences,
+)
 from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
 from afferents.store.recording import Recording, RecordingSet
 
@@ -101,9 +106,12 @@ class Described(DataSet):
         return RecordingSet(self.root, tuple(recordings))
 
     def describe(self, session: RecordingSet) -> list[str]:
-        """Say what the clock rests on: a resampled one, or one that no file can confirm."""
+        """Say what the clock rests on, and which columns are channels where none is named."""
         files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
-        return resampling_sentences(files) or unchecked_sentences(files)
+        return [
+            *(resampling_sentences(files) or unchecked_sentences(files)),
+            *column_sentences(files),
+        ]
 
     def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
         """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""

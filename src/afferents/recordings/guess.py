@@ -6,16 +6,35 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 
 import numpy as np
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.files import is_hidden
 from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
-from afferents.recordings.series import in_order
-from afferents.recordings.tables import NUMBER, Signal, Table, read_table
+from afferents.recordings.series import (
+    RISES,
+    TEXTS,
+    Courses,
+    courses,
+    dead_columns,
+    in_order,
+    no_signals,
+    some_of,
+    unit_of,
+)
+from afferents.recordings.tables import (
+    UNITS_MS,
+    Numbers,
+    Signal,
+    Table,
+    fields_of,
+    is_number,
+    open_text,
+    read_columns,
+)
 
 TRIAL = "trial"
 _PATTERNS = (
@@ -63,11 +82,13 @@ def guess_pattern(paths: Sequence[str], share: float = 1.0) -> str | None:
     if len(ends) != 1:
         return None
     end = ends.pop()
+    undated = [_DATE.sub("date", path) for path in paths]
     for speed, text, joint in product(_SPEEDS if share == 1 else _SAID, _PATTERNS, _JOINTS):
         if speed != _SPEEDS[-1] and "{speed}" not in text:
             continue
         wanted = text.replace("_", joint).replace("{speed}", speed) + end
-        if _fits(Pattern(wanted), paths, share, said=speed in _SAID):
+        fit = (_fits(Pattern(wanted), some, share, speed in _SAID) for some in (undated, paths))
+        if all(fit):
             return wanted
     return None
 
@@ -142,7 +163,11 @@ _WITH_UNIT = re.compile(r"(?P<word>[A-Za-z]*)\d+(?:\.\d+)?(?P<unit>[A-Za-z/]*)")
 _MM_S = re.compile(r"mmp?s")
 _UNITS = {"N": "force", "mN": "force", "g": "force", "kPa": "pressure", "deg": "direction"}
 """What a number of such a unit is called; another is called trial."""
-_RISES = 0.9
+_DATE = re.compile(r"(?:19|20)\d\d([-_.]?)[01]\d\1[0-3]\d(?:[-_.T ]*[0-5]\d){0,3}(?![\dA-Za-z])")
+"""A day, and perhaps a time: their numbers are no speeds."""
+_DIALECTS = (*product(",;\t ", "."), *product(";\t ", ","))
+"""What separates fields, and decimals. Of those that fit equally well the first counts."""
+_LINES = 200
 _SHORT_S = 5.0
 
 
@@ -155,13 +180,7 @@ def tables_in(folder: Path) -> list[Path]:
 
 
 def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], list[str]]:
-    """Return the lines of a `dataset.toml`, and sentences on what was guessed.
-
-    Raises
-    ------
-    InputError
-        If the first table can't be read.
-    """
+    """Return the lines of a `dataset.toml`, and sentences on what was guessed."""
     names = [path.relative_to(folder).as_posix() for path in tables]
     pattern = guess_pattern(names) or _labelled(names) or _by_parts(names) or _plainest(names)
     said = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
@@ -177,7 +196,7 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
                 f"write the pattern, such as {such}."
             ]
         lines.append("# speed_mm_s = 30")
-    signal, more = _signal(tables[0])
+    signal, more = _signal(tables)
     return [*lines, "", "[signal]", *signal], [*said, *more]
 
 
@@ -238,63 +257,139 @@ def _plainest(names: Sequence[str]) -> str:
     return "/".join(["{texture}", *(f"{{run{n}}}" for n in range(1, depth + 1))]) + end
 
 
-def _signal(path: Path) -> tuple[list[str], list[str]]:
-    """Return lines and sentences on what is in a file, by the first."""
-    lines: list[str] = []
-    form = Signal()
-    if path.suffix.lower() == ".csv":
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            first = file.readline().strip()
-        separator = max(",;\t", key=first.count)
-        header = not all(NUMBER.fullmatch(field.strip()) for field in first.split(separator))
-        form = Signal(separator=separator, header=header)
-        lines += [f"separator = {json.dumps(separator)}"] * (separator != ",")
-        lines += ["header = false"] * (not header)
-    table = read_table(path, form)
-    time = _time_in(table)
-    columns = ", ".join(table.columns)
-    lines += [
-        f"# Channels are all columns but the time; the file has {columns}.",
-        "# channels = []",
-    ]
+def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
+    """Return lines and sentences on what is in the files."""
+    files: list[Courses] = []
+    times: list[Numbers] = []
+    broken: list[InputError] = []
+    form, time = Signal(), None
+    read = some_of(tables)
+    for path in read:
+        try:
+            tried = form if files else guess_dialect(path)
+            table = read_columns(path, tried)
+        except InputError as error:
+            broken.append(error)
+            continue
+        form, time = (tried, time) if files else (tried, _time_in(table))
+        files.append(courses(table))
+        times += [table.values[:, n] for n, name in enumerate(table.columns) if name == time]
+    if not files:
+        return ["# channels = []", "# sample_rate_hz = 100"], []
+    said = [f"Can't be read, {len(broken)} of {len(read)} files: {broken[0]}."] if broken else []
+    lines = [f"separator = {json.dumps(form.separator)}"] * (form.separator != ",")
+    lines += ['decimal = ","'] * (form.decimal == ",") + ["header = false"] * (not form.header)
+    said += ["Numbers are read with decimal commas."] * (form.decimal == ",")
+    others = [name for name in files[0] if name != time]
+    why = {name: reason for name, reason in no_signals(files).items() if name in others}
+    chosen = [name for name in others if name not in why] or others
+    lines.append(f"channels = [{', '.join(map(_key, chosen))}]")
+    if why:
+        left_out = ", ".join(f"{name} ({reason})" for name, reason in why.items())
+        lines.append(f"# Left out: {left_out}.")
+        said.append(f"Left out of the channels: {left_out}.")
+    if dead := [name for name in dead_columns(files) if name in chosen]:
+        said.append(f"Kept, though the same in every row of every file: {', '.join(dead)}.")
     if time is None:
-        said = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
-        return [*lines, "# sample_rate_hz = 100"], [said]
-    clock, said = _clock(table, time)
-    return [*lines, *clock], [said]
+        said.append(
+            "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
+        )
+        return [*lines, "# sample_rate_hz = 100"], said
+    clock, sentence = _clock(times, time)
+    return [*lines, *clock], [*said, sentence]
+
+
+def guess_dialect(path: Path) -> Signal:
+    """Return what separates fields and decimals of a CSV, and whether it has names of columns.
+
+    Raises
+    ------
+    InputError
+        If it can't be read.
+    """
+    if path.suffix.lower() != ".csv":
+        return Signal()
+    with reading(path, "a readable file"), open_text(path) as file:
+        lines = [line for line in islice(file, _LINES) if line.strip()]
+    shown = [line for line in lines if not line.startswith("#")]
+    if not shown:
+        return Signal()
+    rows = shown[len(shown) // 2 :]
+
+    def fit(line: str, separator: str, decimal: str) -> int:
+        fields = filter(None, fields_of(line, separator))
+        return sum(1 if is_number(field, decimal) else -1 for field in fields)
+
+    best = max(_DIALECTS, key=lambda one: sum(fit(row, *one) for row in rows))
+    names = fields_of(shown[0], best[0])
+    header = fit(shown[0], *best) < len([*filter(None, names)])
+    if not header and len(shown) < len(lines):  # as NumPy writes names
+        comment = lines[lines.index(shown[0]) - 1].lstrip("# ")
+        header = len(fields_of(comment, best[0])) == len(names)
+    if best == (",", "."):
+        pairs = [fields_of(line, ",") for line in shown[header:]]
+        best = (";", ",") if _is_one_column(pairs, names, header) else best
+    return Signal(separator=best[0], decimal=best[1], header=header)
+
+
+def _is_one_column(rows: Sequence[list[str]], names: Sequence[str], header: bool) -> bool:
+    """Tell whether pairs of whole numbers are single ones with a decimal comma."""
+    if not all(len(row) == 2 and re.fullmatch(r"[-+]?\d+,\d+", ",".join(row)) for row in rows):
+        return False
+    whole, part = {row[0] for row in rows}, [row[1] for row in rows]
+    if header:
+        return len(names) == 1
+    padded = any(len(text) > 1 and text.startswith("0") for text in part)
+    return padded or (len(whole) <= 3 < len(rows) and len({*map(len, part)}) == 1 < len(part[0]))
+
+
+def _key(name: str) -> str:
+    return name if name.isdigit() else json.dumps(name, ensure_ascii=False)
 
 
 def _time_in(table: Table) -> str | None:
     """Return the column named like a time, or else, of columns without names, one that rises."""
-    if named := [name for name in table.columns if _TIME.fullmatch(name.strip())]:
-        return named[0]
-    if len(table.values) < 2:
-        return None
-    rises = (np.diff(table.values, axis=0) > 0).mean(axis=0) > _RISES
-    unnamed = [n for n, one in zip(table.columns, rises, strict=True) if one and n.isdigit()]
-    return unnamed[0] if unnamed else None
+    found = courses(table)
+    named = [name for name in found if _TIME.fullmatch(name.strip(" %")) and found[name] != TEXTS]
+    rising = (name for name, course in found.items() if name.isdigit() and course == RISES)
+    clocks = [name for name in rising if not _counts_rows(table, name)]
+    return next(iter([*named, *clocks]), None)
 
 
-def _clock(table: Table, time: str) -> tuple[list[str], str]:
-    said = _TIME.fullmatch(time.strip())
-    unit = (said and said["unit"]) or "s"
-    key = time if time.isdigit() else json.dumps(time, ensure_ascii=False)
-    lines = [f"time = {key}", f'time_unit = "{unit}"']
-    times_ms = table.values[:, table.columns.index(time)] * Signal(time_unit=unit).time_ms
-    kept = times_ms[in_order(times_ms)]
-    step = np.diff(kept)
-    if not len(step):
-        return lines, f"Column {time} is taken for times in {unit}."
-    usual_ms, mean_ms = float(np.median(step)), float(step.mean())
-    sentence = f"Column {time} is taken for times in {unit}: rows {usual_ms:.3g} ms apart"
-    if len(kept) < len(times_ms) or (np.abs(step - usual_ms) > usual_ms / 2).any():
+def _counts_rows(table: Table, name: str) -> bool:
+    return bool((np.diff(table.values[:, table.columns.index(name)]) == 1).all())
+
+
+def _clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
+    """Return lines and a sentence on the times of all files."""
+    named = _TIME.fullmatch(time.strip(" %"))
+    unit = (named and named["unit"]) or "s"
+    kept = [one[in_order(one)] for one in (one[np.isfinite(one)] for one in times) if len(one)]
+    steps = [np.diff(one) for one in kept if len(one) > 1]
+    if not steps:
+        return [f"time = {_key(time)}", f'time_unit = "{unit}"'], f"Column {time} holds times."
+    usual, n = float(np.median([np.median(step) for step in steps])), max(map(len, kept))
+    declared, unit = unit, unit_of(usual, n, unit)
+    lines = [f"time = {_key(time)}", f'time_unit = "{unit}"']
+    ms = UNITS_MS[unit]
+    usual_ms, mean_ms = usual * ms, float(np.median([step.mean() for step in steps])) * ms
+    longest_ms = float(max(step.max() for step in steps)) * ms
+    dropped = max(1 - len(x) / len(y) for x, y in zip(kept, times, strict=True))
+    sentence = f"Column {time} holds times in {unit}"
+    sentence += f", since rows can't be {usual * UNITS_MS[declared]:.3g} ms apart" * (
+        unit != declared
+    )
+    sentence += f": rows {usual_ms:.3g} ms apart"
+    if dropped or longest_ms > usual_ms * 1.5 or min(s.min() for s in steps) * ms < usual_ms / 2:
         lines += [
             "# Rows come unevenly: between them straight lines are drawn.",
             f"resample_hz = {float(f'{1000 / mean_ms:.2g}'):g}",
-            f"# longest_gap_ms = {math.ceil(step.max())}  # as in the first file",
+            f"{'# ' * (longest_ms <= 5 * usual_ms)}longest_gap_ms = {math.ceil(longest_ms)}",
         ]
+        if dropped > Signal().out_of_order:
+            lines.append(f"out_of_order = {math.ceil(100 * dropped) / 100:g}  # the largest share")
         sentence += f" (median), {mean_ms:.3g} in the mean, so they are resampled"
-    if kept[-1] - kept[0] < 1000 * _SHORT_S:
+    if min(one[-1] - one[0] for one in kept) * ms < 1000 * _SHORT_S:
         lines += ["# All of each file is used; of constant speed should be:", 'steady_s = "all"']
     else:
         lines += [

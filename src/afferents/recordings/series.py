@@ -1,12 +1,12 @@
 """Rows that come at uneven times, brought to a regular clock."""
 
-import fnmatch
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -15,13 +15,23 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings.tables import Numbers, Signal, Table, read_table
+from afferents.recordings.tables import (
+    UNITS_MS,
+    Numbers,
+    Signal,
+    Table,
+    read_columns,
+    read_table,
+)
 from afferents.store.trimming import require_reached
 
 _PASSED = 0.42
 """Share of the rate up to which the filter against aliasing passes all."""
 _AGREES = 0.01
 """Rates that differ by less are one."""
+
+
+_File = TypeVar("_File")
 
 
 @dataclass(frozen=True)
@@ -99,6 +109,72 @@ def _finer(time_ms: Numbers, rate_hz: float) -> int:
     return max(1, math.ceil(rows_hz / rate_hz - _AGREES))
 
 
+# What columns do: those that count, label or hold texts are no signals.
+
+RISES, TEXTS = "rises", "texts"
+Courses = Mapping[str, str | float | None]
+"""Of each column by name: `RISES`, `TEXTS`, its value if it has one only, else None."""
+
+
+def courses(table: Table) -> Courses:
+    """Return what each column of a table does, by name."""
+    return {
+        name: _course(values[np.isfinite(values)])
+        for name, values in zip(table.columns, table.values.T, strict=True)
+    }
+
+
+def _course(values: Numbers) -> str | float | None:
+    if not len(values):
+        return TEXTS
+    step = np.diff(values)
+    if not step.any():
+        return float(values[0])
+    back, on = sorted([(step > 0).mean(), (step < 0).mean()])
+    return RISES if back <= _BACK and on >= _ON else None
+
+
+def no_signals(files: Sequence[Courses]) -> dict[str, str]:
+    """Return why columns are no signals, by name, from what they do in all files.
+
+    One that keeps the same value everywhere may be a sensor that is dead, and is not among them.
+    """
+    found = {}
+    for name in dict.fromkeys(name for one in files for name in one):
+        its = {one.get(name) for one in files}
+        if its == {TEXTS}:
+            found[name] = "it holds no numbers"
+        elif its == {RISES}:
+            found[name] = "it rises or falls from row to row, as counters and clocks do"
+        elif len(its) > 1 and all(isinstance(value, float) for value in its):
+            found[name] = "it has one value in each file, as labels do"
+    return found
+
+
+def dead_columns(files: Sequence[Courses]) -> list[str]:
+    """Return the columns that keep one value in all files."""
+    first = {name: value for name, value in files[0].items() if isinstance(value, float)}
+    return [name for name, value in first.items() if all(one.get(name) == value for one in files)]
+
+
+def some_of(files: Sequence[_File]) -> list[_File]:
+    """Return the files that are read to see what columns hold: all, or some by chance."""
+    chosen = np.random.default_rng(0).permutation(len(files))[:_READ]
+    return [files[number] for number in sorted(chosen)]
+
+
+def unit_of(step: float, n: int, declared: str) -> str:
+    """Return the unit in which `n` times, `step` apart, can be those of a touch.
+
+    The declared one if it can be, or if none can, else the longest that can.
+    """
+    for unit in (declared, *UNITS_MS):
+        step_s = step * UNITS_MS[unit] / 1000
+        if step_s <= _SLOWEST_S and _SHORTEST_S <= n * step_s <= _LONGEST_S:
+            return unit
+    return declared
+
+
 # Channels of one file of a data set of time series, checked against its clock.
 
 _ROUNDING = 1e-6
@@ -107,8 +183,13 @@ _ROUNDING = 1e-6
 _BRIDGED = 5
 """Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
 _UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
-_RISES = 0.95
-"""A column that rises in more than this share of rows may hold times."""
+_SLOWEST_S, _SHORTEST_S, _LONGEST_S = 0.2, 0.2, 3600
+"""Longest step of a clock, and shortest and longest recording, that a unit of times may give."""
+_BACK, _ON = 0.01, 0.2
+"""A counter or clock, which may begin again, goes back in no more than the first share of its
+steps, and on in the second at least."""
+_READ = 200
+"""Files that are read to see what columns hold."""
 
 
 @dataclass(frozen=True)
@@ -132,9 +213,9 @@ class SeriesFile:
     expected_hz: float | None = None
 
     @cached_property
-    def _known(self) -> tuple[int, int, Rows | None]:
+    def _known(self) -> tuple[int, int, Rows | None, Courses]:
         table, rows = self._table()
-        return len(table.values), len(self._channels(table)), rows
+        return len(table.values), len(table.columns), rows, courses(table)
 
     @property
     def n_samples(self) -> int:
@@ -150,6 +231,11 @@ class SeriesFile:
     def rows(self) -> Rows | None:
         """What rows were resampled, None where none were; reads the file."""
         return self._known[2]
+
+    @property
+    def courses(self) -> Courses:
+        """What each channel does; reads the file."""
+        return self._known[3]
 
     @cached_property
     def sample_rate_hz(self) -> float:
@@ -172,7 +258,6 @@ class SeriesFile:
             gap is too long or too many rows are out of order.
         """
         table, _ = self._table()
-        names = self._channels(table)
         rate_hz = self.sample_rate_hz
         least, least_s = math.ceil(self.signal.least_s * rate_hz - 1e-9), self.signal.least_s
         if len(table.values) < least:
@@ -182,12 +267,11 @@ class SeriesFile:
         if isinstance(steady_s := self.signal.steady_s, tuple):
             length_s = len(table.values) / rate_hz
             require_reached(self.path, length_s, steady_s, "correct [signal] steady_s")
-        taken = table.values[:, [table.columns.index(name) for name in names]]
-        require_finite(taken, self.path, rate_hz)
+        require_finite(table.values, self.path, rate_hz)
         return xr.DataArray(
-            taken.astype(np.float32),
+            table.values.astype(np.float32),
             dims=(dims.AUDIO_TIME, dims.CHANNEL),
-            coords={dims.CHANNEL: names},
+            coords={dims.CHANNEL: list(table.columns)},
             attrs={dims.SAMPLE_RATE: rate_hz, dims.UNITS: self.signal.units},
         )
 
@@ -195,8 +279,12 @@ class SeriesFile:
         """Return the file's table, with repeated rows once and resampled where that is wanted."""
         table = read_table(self.path, self.signal)
         if self.signal.duplicates == "once":
-            new = np.append(True, (np.diff(table.values, axis=0) != 0).any(axis=1))
-            table = table._replace(values=table.values[new], place=table.place[new])
+            assert table.time is not None  # which it needs
+            steps = np.diff(np.c_[table.time, table.values], axis=0)
+            new = np.append(True, (steps != 0).any(axis=1))
+            table = table._replace(
+                values=table.values[new], place=table.place[new], time=table.time[new]
+            )
         rate_hz = self.signal.resample_hz
         return (table, None) if rate_hz is None else self._resampled(table, rate_hz)
 
@@ -214,7 +302,7 @@ class SeriesFile:
         self._check_gaps(table.place[kept], table.unit, time_ms, rows)
         cubic = self.signal.interpolation == "cubic"
         values = resampled(time_ms, table.values[kept], rate_hz, cubic)
-        return table._replace(values=values, place=np.arange(len(values))), rows
+        return table._replace(values=values, place=np.arange(len(values)), time=None), rows
 
     def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
         share = 1 - kept.mean()
@@ -239,37 +327,9 @@ class SeriesFile:
                 "long a gap may be bridged"
             )
 
-    def _channels(self, table: Table) -> list[str]:
-        others = [name for name in table.columns if name != self._time_name(table)]
-        if not self.signal.channels:
-            return others
-        found = [name for wanted in self.signal.channels for name in self._named(wanted, table)]
-        if len(set(found)) < len(found):
-            twice = next(name for name in found if found.count(name) > 1)
-            raise InputError(f"{self.path}: expected each channel once, found '{twice}' twice")
-        return found
-
-    def _named(self, wanted: str | int, table: Table) -> Sequence[str]:
-        name = str(wanted)
-        if isinstance(wanted, int) and name not in table.columns and wanted < len(table.columns):
-            return [table.columns[wanted]]
-        found = [name] if name in table.columns else fnmatch.filter(table.columns, name)
-        if not found:
-            where = f"{self.path}, line 1" if table.unit == "line" else self.path
-            raise InputError(
-                f"{where}: expected the column '{name}', found {', '.join(table.columns)}"
-            )
-        return found
-
-    def _time_name(self, table: Table) -> str | None:
-        return None if self.signal.time is None else self._named(self.signal.time, table)[0]
-
     def _time_ms(self, table: Table) -> Numbers | None:
         """Return the times of all rows, ms; None where no column says."""
-        name = self._time_name(table)
-        if name is None:
-            return None
-        return table.values[:, table.columns.index(name)] * self.signal.time_ms
+        return None if table.time is None else table.time * self.signal.time_ms
 
     def _own_rate(self, table: Table) -> float:
         """Return the sample rate that the file itself tells, Hz."""
@@ -284,8 +344,21 @@ class SeriesFile:
         step, usual_ms = np.diff(time_ms), self._usual_step_ms(time_ms)
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
+        self._check_unit(usual_ms, len(time_ms))
         # To six digits: float times add noise, and all recordings must share one axis.
         return float(f"{1000 / usual_ms:.6g}")
+
+    def _check_unit(self, step_ms: float, n: int) -> None:
+        """Refuse a unit of times that can't be."""
+        declared, step = self.signal.time_unit, step_ms / self.signal.time_ms
+        other = unit_of(step, n, declared)
+        if other != declared or not 1e-4 <= step_ms <= 1000:
+            as_other = f", in {other} {step * UNITS_MS[other]:.3g} ms" if other != declared else ""
+            raise InputError(
+                f"{self.path}: expected rows at most {_SLOWEST_S:g} s apart, and {_SHORTEST_S:g} s "
+                f"to an hour of them, found {n} rows {step_ms:.3g} ms apart{as_other}; correct "
+                f"[signal] time_unit, or say sample_rate_hz, at least 1, if {declared} is right"
+            )
 
     def _usual_step_ms(self, time_ms: Numbers) -> float:
         """Return the median step between rows, ms; refuse times that don't go on."""
@@ -371,14 +444,30 @@ def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
     if not files or files[0].signal.rate_hz is None or files[0].signal.time is not None:
         return []
     try:
-        table = read_table(files[0].path, files[0].signal)
+        table = read_columns(files[0].path, files[0].signal)
     except InputError:  # which reading it says
         return []
     if table.rate_hz is not None:
         return []
     said = f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
-    rising = (np.diff(table.values, axis=0) > 0).sum(axis=0) > _RISES * (len(table.values) - 1)
-    if len(table.values) > 1 and rising.any():
-        column = table.columns[int(np.argmax(rising))]
-        said += f" Column {column} rises from row to row: if it holds times, name it as time."
+    if rising := [name for name, course in courses(table).items() if course == RISES]:
+        said += f" Column {rising[0]} rises from row to row: if it holds times, name it as time."
     return [said]
+
+
+def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
+    """Say which columns are channels where no description names them; reads files."""
+    if not files or files[0].signal.channels:
+        return []
+    found: list[Courses] = []
+    for file in some_of(files):
+        with suppress(InputError):  # which reading it says
+            found.append(file.courses)
+    if not found:
+        return []
+    why = no_signals(found) | dict.fromkeys(dead_columns(found), "it never changes")
+    if len(found[0]) == 1 and not why:
+        return []
+    said = f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
+    doubts = ", ".join(f"{name} ({reason})" for name, reason in why.items())
+    return [said + f" Name them without what is no signal: {doubts}." * bool(doubts)]

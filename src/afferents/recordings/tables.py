@@ -1,6 +1,8 @@
 """Tables of numbers: what a `dataset.toml` says of them, and how files of each kind are read."""
 
+import codecs
 import csv
+import fnmatch
 import io
 import re
 from collections import Counter
@@ -20,8 +22,12 @@ from afferents.recordings.audio import WavFile, sound_name
 from afferents.recordings.media import Pattern
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_UNIT = re.compile(r"(?![-+.]?\d)(?!(?i:[-+]?(?:nan|inf(?:inity)?))$).*")
+"""What no row of numbers holds: neither a number nor what stands for one."""
+_COMMA_POINT = str.maketrans(",.", ".,")
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
-_MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
+UNITS_MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
+_Rate = Annotated[float, Field(ge=1, le=1e7)]
 _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
 _OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
@@ -123,13 +129,13 @@ class Signal(StrictForm):
         Of all files; by suffix if not given.
     channels
         Columns that are channels, by name (``taxel*`` for several) or number from 0; all but the
-        time, if not given.
+        time, if not given. What stands in other columns is not looked at.
     columns
         All columns of a CSV in their order, where another header is to be refused.
     arrays
         Of NPZ and HDF5 files, those that are read; all if not given.
-    header, separator
-        Of a CSV: whether its first line names columns, and what stands between fields.
+    header, separator, decimal
+        Of a CSV: whether its first line names columns, what stands between fields, and in numbers.
     sample_rate_hz, period_ms
         The clock, either as a rate or as its step.
     time, time_unit
@@ -162,12 +168,13 @@ class Signal(StrictForm):
     arrays: tuple[str, ...] = ()
     header: bool = True
     separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
-    sample_rate_hz: PositiveFloat | None = None
-    period_ms: PositiveFloat | None = None
+    decimal: Literal[".", ","] = "."
+    sample_rate_hz: _Rate | None = None
+    period_ms: Annotated[float, Field(ge=1e-4, le=1000)] | None = None
     time: str | int | None = None
     time_unit: Literal["s", "ms", "us", "ns"] = "s"
     jitter_ms: Annotated[float, Field(ge=0)] | None = None
-    resample_hz: PositiveFloat | None = None
+    resample_hz: _Rate | None = None
     interpolation: Literal["linear", "cubic"] = "linear"
     longest_gap_ms: PositiveFloat | None = None
     out_of_order: Annotated[float, Field(ge=0, lt=1)] = 0.01
@@ -186,12 +193,14 @@ class Signal(StrictForm):
     @property
     def time_ms(self) -> float:
         """A unit of the time column in ms."""
-        return _MS[self.time_unit]
+        return UNITS_MS[self.time_unit]
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if self.sample_rate_hz and self.period_ms:
             raise ValueError("sample_rate_hz or period_ms, not both")
+        if self.decimal == self.separator:
+            raise ValueError("decimal and separator must differ")
         lone = sorted(_RESAMPLING & self.model_fields_set)
         other = [name for name in _OF_A_CLOCK if getattr(self, name) is not None]
         if self.resample_hz is None and lone:
@@ -255,13 +264,15 @@ class Table(NamedTuple):
     columns
         Their names; where a file has none, their numbers from 0.
     values
-        (row, column), float64.
+        (row, column), float64; NaN where there is no number.
     place
         Where each row stands in the file, (row,): lines from 1, or rows from 0.
     unit
         What `place` counts: ``line`` or ``row``.
     rate_hz
         Sample rate that the file declares, None where it declares none.
+    time
+        (row,), the column of times if it is kept apart, in its own unit.
     """
 
     columns: tuple[str, ...]
@@ -269,15 +280,16 @@ class Table(NamedTuple):
     place: NDArray[np.int64]
     unit: str = "row"
     rate_hz: float | None = None
+    time: Numbers | None = None
 
 
-def read_table(path: Path, signal: Signal) -> Table:
-    """Read a file.
+def read_columns(path: Path, signal: Signal) -> Table:
+    """Read all columns of a file, those of texts as NaN.
 
     Raises
     ------
     InputError
-        If it can't be read, or does not hold a table of numbers; of a CSV it names the line.
+        If it can't be read, or holds no table.
     """
     suffix = signal.format or path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
@@ -289,6 +301,46 @@ def read_table(path: Path, signal: Signal) -> Table:
         return FORMATS[suffix](path, signal)
 
 
+def read_table(path: Path, signal: Signal) -> Table:
+    """Read the channels of a file, and its times apart; other columns may hold anything.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, lacks a column, or one that is read holds something else than numbers;
+        of a CSV it names the line.
+    """
+    table = read_columns(path, signal)
+    times = [] if signal.time is None else _named(path, table, signal.time)[:1]
+    names = [name for wanted in signal.channels for name in _named(path, table, wanted)]
+    names = names or [name for name in table.columns if name not in times]
+    if twice := [name for name, n in Counter(names).items() if n > 1]:
+        raise InputError(f"{path}: expected each channel once, found '{twice[0]}' twice")
+    read = [table.columns.index(name) for name in [*names, *times]]
+    values = table.values[:, read]
+    if table.unit == "line" and not np.isfinite(values).all():
+        raise _fault(path, signal, table.columns, read)
+    if texts := [name for name, x in zip(names, values.T, strict=False) if np.isnan(x).all()]:
+        raise InputError(
+            f"{path}: expected numbers in the column '{texts[0]}', found none; name the columns to "
+            "read in [signal] channels"
+        )
+    time = values[:, -1] if times else None
+    return table._replace(columns=tuple(names), values=values[:, : len(names)], time=time)
+
+
+def _named(path: Path, table: Table, wanted: str | int) -> Sequence[str]:
+    """Return the columns of a name, a pattern or a number."""
+    name = str(wanted)
+    if isinstance(wanted, int) and name not in table.columns and wanted < len(table.columns):
+        return [table.columns[wanted]]
+    found = [name] if name in table.columns else fnmatch.filter(table.columns, name)
+    if not found:
+        where = f"{path}, line 1" if table.unit == "line" else path
+        raise InputError(f"{where}: expected the column '{name}', found {', '.join(table.columns)}")
+    return found
+
+
 def _require_different(path: Path, names: Sequence[str]) -> None:
     if twice := [name for name, n in Counter(names).items() if n > 1]:
         raise InputError(
@@ -297,52 +349,94 @@ def _require_different(path: Path, names: Sequence[str]) -> None:
 
 
 def _csv(path: Path, signal: Signal) -> Table:
-    text = path.read_text(encoding="utf-8-sig", errors="replace").rstrip()
-    header, _, body = text.partition("\n") if signal.header else ("", "", text)
-    first = 2 if signal.header else 1
-    names = [name.strip() for name in header.split(signal.separator)]
-    if not signal.header:
-        n = len(body.partition("\n")[0].split(signal.separator))
-        names = [str(number) for number in range(n)]
+    import pandas as pd
+
+    names, first, text = _head(path, signal)
     _require_different(path, names)
     if signal.columns and names != list(signal.columns):
         expected = f"the columns {', '.join(signal.columns)}"
         raise InputError(f"{path}, line 1: expected {expected}, found {names}")
-    if not body.strip():
+    if not text:
         raise InputError(f"{path}: expected rows of data below the header, found none")
-    values = _fast(body, names, signal)
-    if values is None:
-        raise _fault(path, body, names, signal, first)
+    try:
+        frame = pd.read_csv(
+            io.StringIO(text), sep=r"\s+" if signal.separator == " " else signal.separator,
+            header=None, index_col=False, skip_blank_lines=False, keep_default_na=False,
+            na_values=[""], decimal=signal.decimal, low_memory=False,
+        )  # fmt: skip
+    except ValueError:  # of pandas' parser as well
+        raise _fault(path, signal, names, range(len(names))) from None
+    texts = frame.columns.difference(frame.select_dtypes("number").columns)
+    frame[texts] = frame[texts].astype(str).apply(pd.to_numeric, errors="coerce")
+    while frame.shape[1] > len(names) and frame.iloc[:, -1].isna().all():
+        frame = frame.iloc[:, :-1]  # rows that end in a separator
+    if frame.shape[1] != len(names):
+        raise _fault(path, signal, names, range(len(names)))
+    values = frame.to_numpy(np.float64)
     return Table(tuple(names), values, np.arange(len(values)) + first, "line")
 
 
-def _fast(body: str, names: Sequence[str], signal: Signal) -> Numbers | None:
-    """Return the numbers of a CSV without its header; None where something is at fault."""
-    import pandas as pd
-
-    try:
-        frame = pd.read_csv(
-            io.StringIO(body), sep=signal.separator, header=None, index_col=False,
-            skip_blank_lines=False, dtype=np.float64, keep_default_na=False, na_values=[""],
-            quoting=csv.QUOTE_NONE,
-        )  # fmt: skip
-    except ValueError:  # of pandas' parser as well
-        return None
-    values = np.asarray(frame.to_numpy(), np.float64)
-    whole = values.shape[1] == len(names) and bool(np.isfinite(values).all())
-    return values if whole else None
+def open_text(path: Path) -> io.TextIOWrapper:
+    """Open a file of text, in UTF-16 where its first bytes declare that, else in UTF-8."""
+    with path.open("rb") as file:
+        wide = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    return path.open(encoding="utf-16" if wide else "utf-8-sig", errors="replace")
 
 
-def _fault(path: Path, body: str, names: Sequence[str], signal: Signal, first: int) -> InputError:
-    """Return what is wrong with the first line at fault."""
-    for number, line in enumerate(body.split("\n"), start=first):
-        fields = line.rstrip("\r").split(signal.separator)
+def fields_of(line: str, separator: str) -> list[str]:
+    """Return what stands between separators, without quotes and blanks around it."""
+    (fields,) = csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True)
+    return [field.strip() for field in fields] or [""]
+
+
+def is_number(field: str, decimal: str) -> bool:
+    """Tell whether a field is a number."""
+    swapped = field.translate(_COMMA_POINT) if decimal == "," else field
+    return NUMBER.fullmatch(swapped) is not None
+
+
+def _head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
+    """Return the names of a CSV's columns, the number of its first row's line, and all rows.
+
+    Comments, which begin with ``#``, and a row of units below the names are left out. Where numbers
+    follow the comments, the last of these holds the names, as NumPy writes them.
+    """
+    with open_text(path) as file:
+        comment, line, n = "", file.readline(), 1
+        while line.startswith("#"):
+            comment, line, n = line.lstrip("# "), file.readline(), n + 1
+        header = fields_of(line, signal.separator)
+        if signal.header:
+            if comment and all(is_number(field, signal.decimal) for field in header):
+                header = fields_of(comment, signal.separator)
+            else:
+                line, n = file.readline(), n + 1
+            below = fields_of(line, signal.separator)
+            if len(below) == len(header) and any(below) and all(map(_UNIT.fullmatch, below)):
+                line, n = file.readline(), n + 1
+        while len(header) > 1 and not header[-1]:
+            header.pop()
+        names = [(signal.header and name) or str(number) for number, name in enumerate(header)]
+        return names, n, (line + file.read()).rstrip()
+
+
+def _fault(path: Path, signal: Signal, names: Sequence[str], read: Iterable[int]) -> InputError:
+    """Return what is wrong with the first line at fault, in the columns that are read."""
+    _, first, text = _head(path, signal)
+    for number, line in enumerate(text.split("\n"), start=first):
+        fields = fields_of(line, signal.separator)
+        while len(fields) > len(names) and not fields[-1]:
+            fields.pop()
         if len(fields) != len(names):
+            found = f"expected {len(names)} fields, found {len(fields)}"
+            do = "; decimal commas need decimal = ',' and another separator" * (number == first)
+            return InputError(f"{path}, line {number}: {found}{do}")
+        wrong = [fields[n] for n in read if not is_number(fields[n], signal.decimal)]
+        if wrong:
             return InputError(
-                f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
+                f"{path}, line {number}: expected numbers, found '{wrong[0]}'; mend the line, or "
+                "name the columns to read in [signal] channels"
             )
-        if wrong := [field.strip() for field in fields if not NUMBER.fullmatch(field.strip())]:
-            return InputError(f"{path}, line {number}: expected numbers, found '{wrong[0]}'")
     return InputError(f"{path}: expected a table of numbers, found one that can't be read")
 
 
@@ -406,11 +500,11 @@ def _parts(key: str, array: Any) -> dict[str, Any]:
 
 
 def _columns(path: Path, columns: dict[str, Any]) -> Table:
-    """Return a table of columns that must be numbers and equally long."""
+    """Return a table of columns that must be equally long; what holds no numbers is NaN."""
     for name, values in columns.items():
-        if values.ndim != 1 or values.dtype.kind not in "iuf":
+        if values.ndim != 1:
             found = f"{values.ndim} dims of {values.dtype} in '{name}'"
-            expected = "columns of numbers"
+            expected = "columns"
             raise InputError(
                 f"{path}: expected {expected}, found {found}; name those to read in [signal] arrays"
             )
@@ -421,7 +515,8 @@ def _columns(path: Path, columns: dict[str, Any]) -> Table:
         raise InputError(
             f"{path}: expected {expected}, found {found}; name those to read in [signal] arrays"
         )
-    values = np.stack([np.asarray(v, np.float64) for v in columns.values()], axis=1)
+    numbers = [v if v.dtype.kind in "iuf" else np.full(len(v), np.nan) for v in columns.values()]
+    values = np.stack([np.asarray(v, np.float64) for v in numbers], axis=1)
     if not len(values):
         raise InputError(f"{path}: expected rows of data, found none")
     return Table(tuple(columns), values, np.arange(len(values)))

@@ -137,7 +137,7 @@ def test_names_of_tables(tables, names, pattern):
     content = tomllib.loads(made.path.read_text())
     assert made.path.name == "dataset.toml"
     assert content["files"]["pattern"] == pattern
-    assert content["signal"] == {"time": "time_ms", "time_unit": "ms"}
+    assert content["signal"] == {"channels": ["taxel"], "time": "time_ms", "time_unit": "ms"}
     session = data_set_of(root).recordings()
     assert len(session.textures) == len(names)
     assert session.recordings[0].audio.read().attrs["sample_rate_hz"] == 100
@@ -152,6 +152,43 @@ def test_uneven_rows_without_a_header_are_resampled(tables):
     assert content["resample_hz"] == pytest.approx(400, rel=0.1)
     assert content["steady_s"] == "all"
     assert "so they are resampled" in said(made)
+    assert "2 recordings of 2 textures" in made.sentences[-1]
+
+
+def test_columns_that_are_no_signals_are_left_out_and_dead_ones_kept(tmp_path):
+    for n, name in enumerate(("felt_20mms", "felt_40mms", "silk_20mms")):
+        table = {"": range(700), "time": 1000 + 2 * np.arange(700), "x": np.sin(EVEN_S * (n + 1))}
+        table |= {"host_time": 5.1 + EVEN_S, "label": n, "frame": "base", "dead": 3.0}
+        pd.DataFrame(table).to_csv(tmp_path / f"{name}.csv", index=False)
+    (tmp_path / "a broken_30mms.csv").write_text("nothing\n")
+    made = afferents.init_session(tmp_path)
+    signal = tomllib.loads(made.path.read_text())["signal"]
+    assert signal["channels"] == ["x", "dead"]
+    assert (signal["time"], signal["time_unit"]) == ("time", "ms")
+    assert "Column time holds times in ms, since rows can't be 2e+03 ms apart" in said(made)
+    assert "Can't be read, 1 of 4 files" in said(made)
+    for name, why in (("0", "rises"), ("host_time", "rises"), ("label", "has one value in each")):
+        assert f"{name} (it {why}" in said(made)
+    assert "frame (it holds no numbers)" in said(made)
+    assert "Kept, though the same in every row of every file: dead." in said(made)
+
+
+def test_files_that_cannot_be_read_leave_a_description_to_be_mended(tmp_path):
+    for name in ("felt_20", "silk_20"):
+        (tmp_path / f"{name}.csv").write_text("n,a\n0,0,5\n1,0,25\n")
+    made = afferents.init_session(tmp_path)
+    assert tomllib.loads(made.path.read_text())["files"]["pattern"] == "{texture}_{speed}.csv"
+    assert "To be mended before it can be learnt from" in made.sentences[-1]
+    assert "decimal commas need decimal = ',' and another separator" in made.sentences[-1]
+
+
+def test_rows_out_of_order_and_long_gaps_are_allowed_as_far_as_they_are_there(tables):
+    time = np.cumsum(np.random.default_rng(0).choice([0.0, 0.004], 2000, p=[0.1, 0.9]))
+    time[1000:] += 0.05
+    root = tables(["felt_20.csv", "silk_40.csv"], time)
+    made = afferents.init_session(root)
+    signal = tomllib.loads(made.path.read_text())["signal"]
+    assert (signal["out_of_order"], signal["longest_gap_ms"]) == (0.11, 50)
     assert "2 recordings of 2 textures" in made.sentences[-1]
 
 

@@ -150,6 +150,27 @@ def test_a_rate_may_be_off_by_a_hundredth(one):
         one(rows / 102, rows)(signal).audio.read()
 
 
+@pytest.mark.parametrize(
+    ("unit", "step_s", "declared", "sentence"),
+    [
+        (1e3, 0.002, "s", "found 2000 rows 2e+03 ms apart, in ms 2 ms; correct [signal] time_unit"),
+        (1e9, 0.002, "us", "in ns 2 ms"),
+        (1, 0.002, "ms", "in s 2 ms"),
+        (1, 20.0, "s", "rows 2e+04 ms apart, in ms 20 ms"),
+    ],
+)
+def test_a_unit_of_times_that_cannot_be_is_refused(one, unit, step_s, declared, sentence):
+    time = unit * step_s * np.arange(2000)
+    signal = f'time_unit = "{declared}"\n'
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        one(time, np.sin(time))(signal).audio.read()
+
+
+def test_a_slow_clock_is_taken_where_its_rate_is_declared(one):
+    time = np.arange(2000.0)
+    assert one(time, np.sin(time))("sample_rate_hz = 1\n").audio.read().sizes["audio_time"] == 2000
+
+
 def test_a_rate_that_nothing_confirms_is_said(one, tmp_path):
     time = np.arange(1, 201) / 320
     signal = 'sample_rate_hz = 320\nsteady_s = "all"\n'

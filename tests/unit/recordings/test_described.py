@@ -170,6 +170,8 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({TIMED: f"{RESAMPLED}period_ms = 3\n"}, "resample_hz or period_ms, not both"),
         ({TIMED: f"{RESAMPLED}jitter_ms = 3\n"}, "resample_hz or jitter_ms, not both"),
         ({TIMED: f"{RESAMPLED}out_of_order = 2\n"}, "out_of_order"),
+        ({TIMED: 'decimal = ","\n'}, "decimal and separator must differ"),
+        ({TIMED: "sample_rate_hz = 0.5\n"}, "signal.sample_rate_hz"),
     ],
 )
 def test_a_wrong_description_is_refused(tmp_path, change, sentence):
@@ -218,6 +220,67 @@ def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
     text = FILES.replace('pattern = "{texture}_{speed}.SUFFIX"', regex) + TIMED
     with pytest.raises(InputError, match="a speed in its name, found 'fast'"):
         described(tmp_path, text).recordings()
+
+
+ROWS = [f"{0.01 * n:.2f},{left:g},{right:g}" for n, (left, right) in enumerate(VALUES)]
+NAMES = "t,left,right"
+
+
+@pytest.mark.parametrize(
+    ("lines", "signal"),
+    [
+        (["# sensor 7", "#", NAMES, *ROWS], ""),
+        (["# t,left,right", *ROWS], ""),  # as NumPy writes names
+        ([NAMES, "s,N,m/s^2", *ROWS], ""),
+        ([NAMES + ",", *(row + "," for row in ROWS)], ""),
+        ([NAMES, *(row + ",," for row in ROWS)], ""),
+        ([NAMES + ",,", *ROWS], ""),
+        ([NAMES, *('"' + row.replace(",", '","') + '"' for row in ROWS)], ""),
+        ([NAMES, *(row.replace(",", "  ") for row in ROWS)], 'separator = " "\n'),
+        (
+            [NAMES, *(row.replace(",", ";").replace(".", ",") for row in ROWS)],
+            'separator = ";"\ndecimal = ","\n',
+        ),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_tables_as_programs_write_them(tmp_path, lines, signal, encoding):
+    if signal:
+        lines = [lines[0].replace(",", signal[13]), *lines[1:]]
+    (tmp_path / "silk_20.csv").write_text("\n".join(lines) + "\n\n", encoding=encoding)
+    found = read(tmp_path, FILES + signal + 'time = "t"\n')
+    assert found.channel.values.tolist() == ["left", "right"]
+    np.testing.assert_array_equal(found.values, VALUES)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_only_the_columns_that_are_named_are_read(tmp_path, suffix):
+    """A frame's name, a sensor that fails, and a counter that is read by nobody."""
+    frame = FRAME.assign(frame_id="base_link", temperature=np.nan, seq=np.arange(300))
+    path = tmp_path / f"silk_20.{suffix}"
+    frame.to_csv(path, index=False) if suffix == "csv" else frame.to_parquet(path)
+    for named in (TIMED, "time = 0\nchannels = [1, 2]\n"):
+        found = read(tmp_path, FILES + named, suffix)
+        assert found.channel.values.tolist() == ["left", "right"]
+        np.testing.assert_array_equal(found.values, VALUES)
+    with pytest.raises(InputError, match=r"name the columns to read in \[signal\] channels"):
+        read(tmp_path, FILES + 'time = "t"\n', suffix)
+
+
+def test_columns_that_are_no_signals_are_named_where_no_description_names_any(tmp_path):
+    for n, name in enumerate(("silk_20.csv", "silk_40.csv", "felt_20.csv")):
+        counted = FRAME.assign(seq=np.arange(300) % 200, clock=1e6 - FRAME.t, label=n, dead=7)
+        csv(tmp_path, name, counted)
+    data_set = described(tmp_path, FILES + 'time = "t"\n')
+    (sentence,) = data_set.describe(data_set.recordings())
+    assert "are: left, right, seq, clock, label, dead. " in sentence
+    for name in ("seq", "clock"):
+        assert f"{name} (it rises or falls from row to row" in sentence
+    assert "label (it has one value in each file" in sentence
+    assert "dead (it never changes)" in sentence
+    assert "left (" not in sentence
+    data_set = described(tmp_path, FILES + TIMED)
+    assert data_set.describe(data_set.recordings()) == []
 
 
 def changed(**columns):

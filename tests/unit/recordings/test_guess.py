@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.recordings.guess import guess_data_set, guess_pattern
+from afferents.recordings.guess import guess_data_set, guess_dialect, guess_pattern
 from afferents.recordings.media import Pattern
 
 
@@ -22,6 +22,10 @@ from afferents.recordings.media import Pattern
         (["felt_1.avi", "felt_2.avi", "silk_3.avi"], "{texture}_{trial}.avi"),
         (["cloth_v2.avi", "silk_v1.avi"], "{texture}_{trial}.avi"),
         (["velvet.avi", "v2.avi"], None),
+        (["felt_2024-10-27-14-05-20.csv", "silk_2024-10-27-14-06-40.csv"], None),
+        (["felt_20241027_140520.csv", "silk_20241027_140640.csv"], None),
+        (["felt_2024-10-27_10mms.csv", "silk_2024-10-28_20mms.csv"], "{texture}_{speed}mms.csv"),
+        (["felt_2024-10-27/20.csv", "silk_2024-10-28/40.csv"], "{texture}/{speed}.csv"),
     ],
 )
 def test_patterns_of_names(names, pattern):
@@ -71,3 +75,28 @@ def test_parts_of_tables_names_are_numbers_with_units_or_words(names, pattern, t
     lines, said = guess_data_set(tmp_path, tables)
     assert f'pattern = "{pattern}"' in lines
     assert ("No rule was found" in said[0]) == (pattern == "{texture}.csv")
+
+
+@pytest.mark.parametrize(
+    ("rows", "dialect"),
+    [
+        (["t,x", "0.1,0.2", "0.2,0.3"], (",", ".", True)),
+        (["0.1,0.2", "0.2,0.3"], (",", ".", False)),
+        (["t;x", "0,1;-0,2", "0,2;1,3"], (";", ",", True)),
+        (["t\tx", "0,1\t0,2"], ("\t", ",", True)),
+        (["1;2", "3;4"], (";", ".", False)),
+        (["# t x", "0.1 0.2", "0.2 0.3"], (" ", ".", True)),
+        (["# sensor", "0.1 0.2", "0.2 0.3"], (" ", ".", False)),
+        (["t,frame,x", "0.1,base_link,0.2", "0.2,base_link,0.3"], (",", ".", True)),
+        (["2,4506", "2,4979", "2,4331", "2,5153"], (";", ",", False)),
+        (["x", "2,45", "12,4"], (";", ",", True)),
+        (["-1,05", "0,9"], (";", ",", False)),
+        (["512,498", "530,471", "547,466", "560,458"], (",", ".", False)),
+        ([""], (",", ".", True)),
+    ],
+)
+def test_what_separates_fields_and_decimals(tmp_path, rows, dialect):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(rows) + "\n")
+    found = guess_dialect(path)
+    assert (found.separator, found.decimal, found.header) == dialect

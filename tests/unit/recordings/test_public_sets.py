@@ -1,6 +1,7 @@
 """Public data sets by their packaged descriptions, on files written here in their layout."""
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -168,3 +169,16 @@ def test_printed_textures_are_found_wherever_they_lie(tmp_path, below):
     session = data_set_of(f"ntp:{ntp(tmp_path, (1,), below)}").recordings()
     assert session.textures == ("001",)
     assert len(session.recordings) == 6
+
+
+REAL = Path(__file__).resolve().parents[3] / "../shared/datasets/ntp"
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="NTP is not at ../shared/datasets/ntp")
+def test_every_real_file_of_ntp_is_read(tmp_path):
+    found = afferents.inspect(f"ntp:{REAL}", tmp_path / "look", quiet=True)
+    assert found.problems == []
+    session = data_set_of(f"ntp:{REAL}").recordings()
+    assert len(found.facts["recordings"]) == len(session.recordings)
+    assert max(one.audio.rows.longest_ms for one in session.recordings) == pytest.approx(76, abs=1)
+    assert max(one.audio.rows.n_dropped / one.audio.rows.n for one in session.recordings) < 0.152
