@@ -108,10 +108,7 @@ class Described(DataSet):
     def describe(self, session: RecordingSet) -> list[str]:
         """Say what the clock rests on, and which columns are channels where none is named."""
         files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
-        return [
-            *(resampling_sentences(files) or unchecked_sentences(files)),
-            *column_sentences(files),
-        ]
+        return (resampling_sentences(files) or unchecked_sentences(files)) + column_sentences(files)
 
     def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
         """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""

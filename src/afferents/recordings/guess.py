@@ -6,35 +6,16 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice, product
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
-from afferents.errors import InputError, reading
+from afferents.errors import InputError
 from afferents.files import is_hidden
+from afferents.recordings import series
 from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
-from afferents.recordings.series import (
-    RISES,
-    TEXTS,
-    Courses,
-    courses,
-    dead_columns,
-    in_order,
-    no_signals,
-    some_of,
-    unit_of,
-)
-from afferents.recordings.tables import (
-    UNITS_MS,
-    Numbers,
-    Signal,
-    Table,
-    fields_of,
-    is_number,
-    open_text,
-    read_columns,
-)
+from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, find_dialect, read_columns
 
 TRIAL = "trial"
 _PATTERNS = (
@@ -165,9 +146,8 @@ _UNITS = {"N": "force", "mN": "force", "g": "force", "kPa": "pressure", "deg": "
 """What a number of such a unit is called; another is called trial."""
 _DATE = re.compile(r"(?:19|20)\d\d([-_.]?)[01]\d\1[0-3]\d(?:[-_.T ]*[0-5]\d){0,3}(?![\dA-Za-z])")
 """A day, and perhaps a time: their numbers are no speeds."""
-_DIALECTS = (*product(",;\t ", "."), *product(";\t ", ","))
-"""What separates fields, and decimals. Of those that fit equally well the first counts."""
-_LINES = 200
+_MOST_DROPPED = 0.25
+"""Share of rows; where more repeat a time or go back, the times are no clock."""
 _SHORT_S = 5.0
 
 
@@ -259,88 +239,42 @@ def _plainest(names: Sequence[str]) -> str:
 
 def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     """Return lines and sentences on what is in the files."""
-    files: list[Courses] = []
+    files: list[series.Courses] = []
     times: list[Numbers] = []
     broken: list[InputError] = []
     form, time = Signal(), None
-    read = some_of(tables)
-    for path in read:
+    for path in tables:
         try:
-            tried = form if files else guess_dialect(path)
-            table = read_columns(path, tried)
+            if not files:
+                form = find_dialect(path) if path.suffix.lower() == ".csv" else Signal()
+            table = read_columns(path, form)
         except InputError as error:
             broken.append(error)
             continue
-        form, time = (tried, time) if files else (tried, _time_in(table))
-        files.append(courses(table))
-        times += [table.values[:, n] for n, name in enumerate(table.columns) if name == time]
+        time = time if files else _time_in(table)
+        files.append(series.courses(table))
+        if time in table.columns:
+            rising = table.values[:, table.columns.index(time)]
+            times.append(rising[np.isfinite(rising)])
     if not files:
         return ["# channels = []", "# sample_rate_hz = 100"], []
-    said = [f"Can't be read, {len(broken)} of {len(read)} files: {broken[0]}."] if broken else []
+    said = [f"Can't be read, {len(broken)} of {len(tables)} files: {broken[0]}."] if broken else []
     lines = [f"separator = {json.dumps(form.separator)}"] * (form.separator != ",")
     lines += ['decimal = ","'] * (form.decimal == ",") + ["header = false"] * (not form.header)
     said += ["Numbers are read with decimal commas."] * (form.decimal == ",")
     others = [name for name in files[0] if name != time]
-    why = {name: reason for name, reason in no_signals(files).items() if name in others}
-    chosen = [name for name in others if name not in why] or others
+    why = {name: reason for name, reason in series.no_signals(files).items() if name in others}
+    chosen = [name for name in others if why.get(name) in (None, series.DEAD)] or others
     lines.append(f"channels = [{', '.join(map(_key, chosen))}]")
-    if why:
-        left_out = ", ".join(f"{name} ({reason})" for name, reason in why.items())
-        lines.append(f"# Left out: {left_out}.")
-        said.append(f"Left out of the channels: {left_out}.")
-    if dead := [name for name in dead_columns(files) if name in chosen]:
-        said.append(f"Kept, though the same in every row of every file: {', '.join(dead)}.")
-    if time is None:
-        said.append(
-            "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
-        )
-        return [*lines, "# sample_rate_hz = 100"], said
+    for title, keeps in (("Left out of the channels", False), ("Kept as channels", True)):
+        if named := [f"{name} ({why[name]})" for name in why if (name in chosen) == keeps]:
+            lines.append(f"# {title}: {', '.join(named)}.")
+            said.append(f"{title}: {', '.join(named)}.")
+    if time is None or not any(series.in_order(one).sum() > 1 for one in times):
+        asked = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
+        return [*lines, "# sample_rate_hz = 100"], [*said, asked]
     clock, sentence = _clock(times, time)
     return [*lines, *clock], [*said, sentence]
-
-
-def guess_dialect(path: Path) -> Signal:
-    """Return what separates fields and decimals of a CSV, and whether it has names of columns.
-
-    Raises
-    ------
-    InputError
-        If it can't be read.
-    """
-    if path.suffix.lower() != ".csv":
-        return Signal()
-    with reading(path, "a readable file"), open_text(path) as file:
-        lines = [line for line in islice(file, _LINES) if line.strip()]
-    shown = [line for line in lines if not line.startswith("#")]
-    if not shown:
-        return Signal()
-    rows = shown[len(shown) // 2 :]
-
-    def fit(line: str, separator: str, decimal: str) -> int:
-        fields = filter(None, fields_of(line, separator))
-        return sum(1 if is_number(field, decimal) else -1 for field in fields)
-
-    best = max(_DIALECTS, key=lambda one: sum(fit(row, *one) for row in rows))
-    names = fields_of(shown[0], best[0])
-    header = fit(shown[0], *best) < len([*filter(None, names)])
-    if not header and len(shown) < len(lines):  # as NumPy writes names
-        comment = lines[lines.index(shown[0]) - 1].lstrip("# ")
-        header = len(fields_of(comment, best[0])) == len(names)
-    if best == (",", "."):
-        pairs = [fields_of(line, ",") for line in shown[header:]]
-        best = (";", ",") if _is_one_column(pairs, names, header) else best
-    return Signal(separator=best[0], decimal=best[1], header=header)
-
-
-def _is_one_column(rows: Sequence[list[str]], names: Sequence[str], header: bool) -> bool:
-    """Tell whether pairs of whole numbers are single ones with a decimal comma."""
-    if not all(len(row) == 2 and re.fullmatch(r"[-+]?\d+,\d+", ",".join(row)) for row in rows):
-        return False
-    whole, part = {row[0] for row in rows}, [row[1] for row in rows]
-    if header:
-        return len(names) == 1
-    padded = any(len(text) > 1 and text.startswith("0") for text in part)
-    return padded or (len(whole) <= 3 < len(rows) and len({*map(len, part)}) == 1 < len(part[0]))
 
 
 def _key(name: str) -> str:
@@ -349,36 +283,28 @@ def _key(name: str) -> str:
 
 def _time_in(table: Table) -> str | None:
     """Return the column named like a time, or else, of columns without names, one that rises."""
-    found = courses(table)
-    named = [name for name in found if _TIME.fullmatch(name.strip(" %")) and found[name] != TEXTS]
-    rising = (name for name, course in found.items() if name.isdigit() and course == RISES)
-    clocks = [name for name in rising if not _counts_rows(table, name)]
-    return next(iter([*named, *clocks]), None)
-
-
-def _counts_rows(table: Table, name: str) -> bool:
-    return bool((np.diff(table.values[:, table.columns.index(name)]) == 1).all())
+    does = series.courses(table)
+    named = [n for n in does if _TIME.fullmatch(n.strip(" %")) and does[n] != series.TEXTS]
+    steps = dict(zip(table.columns, np.diff(table.values, axis=0).T, strict=True))
+    rising = [n for n in does if n.isdigit() and does[n] == series.RISES and (steps[n] != 1).any()]
+    return next(iter(named + rising), None)
 
 
 def _clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
     """Return lines and a sentence on the times of all files."""
     named = _TIME.fullmatch(time.strip(" %"))
-    unit = (named and named["unit"]) or "s"
-    kept = [one[in_order(one)] for one in (one[np.isfinite(one)] for one in times) if len(one)]
-    steps = [np.diff(one) for one in kept if len(one) > 1]
-    if not steps:
-        return [f"time = {_key(time)}", f'time_unit = "{unit}"'], f"Column {time} holds times."
-    usual, n = float(np.median([np.median(step) for step in steps])), max(map(len, kept))
-    declared, unit = unit, unit_of(usual, n, unit)
-    lines = [f"time = {_key(time)}", f'time_unit = "{unit}"']
-    ms = UNITS_MS[unit]
+    declared = (named and named["unit"]) or "s"
+    kept = [found for one in times if len(found := one[series.in_order(one)]) > 1]
+    steps = [np.diff(one) for one in kept]
+    usual = float(np.median([np.median(step) for step in steps]))
+    unit = series.unit_of(usual, max(map(len, kept)), declared)
+    ms, declared_ms = UNITS_MS[unit], usual * UNITS_MS[declared]
     usual_ms, mean_ms = usual * ms, float(np.median([step.mean() for step in steps])) * ms
     longest_ms = float(max(step.max() for step in steps)) * ms
-    dropped = max(1 - len(x) / len(y) for x, y in zip(kept, times, strict=True))
+    dropped = max(1 - float(series.in_order(one).mean()) for one in times if len(one))
+    lines = [f"time = {_key(time)}", f'time_unit = "{unit}"']
     sentence = f"Column {time} holds times in {unit}"
-    sentence += f", since rows can't be {usual * UNITS_MS[declared]:.3g} ms apart" * (
-        unit != declared
-    )
+    sentence += f", since rows can't be {declared_ms:.3g} ms apart" * (unit != declared)
     sentence += f": rows {usual_ms:.3g} ms apart"
     if dropped or longest_ms > usual_ms * 1.5 or min(s.min() for s in steps) * ms < usual_ms / 2:
         lines += [
@@ -386,7 +312,7 @@ def _clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
             f"resample_hz = {float(f'{1000 / mean_ms:.2g}'):g}",
             f"{'# ' * (longest_ms <= 5 * usual_ms)}longest_gap_ms = {math.ceil(longest_ms)}",
         ]
-        if dropped > Signal().out_of_order:
+        if Signal().out_of_order < dropped < _MOST_DROPPED:
             lines.append(f"out_of_order = {math.ceil(100 * dropped) / 100:g}  # the largest share")
         sentence += f" (median), {mean_ms:.3g} in the mean, so they are resampled"
     if min(one[-1] - one[0] for one in kept) * ms < 1000 * _SHORT_S:

@@ -6,7 +6,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -29,9 +28,6 @@ _PASSED = 0.42
 """Share of the rate up to which the filter against aliasing passes all."""
 _AGREES = 0.01
 """Rates that differ by less are one."""
-
-
-_File = TypeVar("_File")
 
 
 @dataclass(frozen=True)
@@ -111,17 +107,19 @@ def _finer(time_ms: Numbers, rate_hz: float) -> int:
 
 # What columns do: those that count, label or hold texts are no signals.
 
-RISES, TEXTS = "rises", "texts"
+RISES, TEXTS = "it rises or falls from row to row, as counters and clocks do", "it holds no numbers"
+LABELS, DEAD = "it has one value in each file, as labels do", "it never changes, in any file"
+_BACK, _ON = 0.01, 0.2
+"""A counter or clock, which may begin again, goes back in no more than the first share of its
+steps, and on in the second at least."""
 Courses = Mapping[str, str | float | None]
 """Of each column by name: `RISES`, `TEXTS`, its value if it has one only, else None."""
 
 
 def courses(table: Table) -> Courses:
     """Return what each column of a table does, by name."""
-    return {
-        name: _course(values[np.isfinite(values)])
-        for name, values in zip(table.columns, table.values.T, strict=True)
-    }
+    columns = zip(table.columns, table.values.T, strict=True)
+    return {name: _course(values[np.isfinite(values)]) for name, values in columns}
 
 
 def _course(values: Numbers) -> str | float | None:
@@ -137,30 +135,16 @@ def _course(values: Numbers) -> str | float | None:
 def no_signals(files: Sequence[Courses]) -> dict[str, str]:
     """Return why columns are no signals, by name, from what they do in all files.
 
-    One that keeps the same value everywhere may be a sensor that is dead, and is not among them.
+    Those that are `DEAD` may be sensors that failed.
     """
-    found = {}
-    for name in dict.fromkeys(name for one in files for name in one):
+    why = {}
+    for name in files[0]:
         its = {one.get(name) for one in files}
-        if its == {TEXTS}:
-            found[name] = "it holds no numbers"
-        elif its == {RISES}:
-            found[name] = "it rises or falls from row to row, as counters and clocks do"
-        elif len(its) > 1 and all(isinstance(value, float) for value in its):
-            found[name] = "it has one value in each file, as labels do"
-    return found
-
-
-def dead_columns(files: Sequence[Courses]) -> list[str]:
-    """Return the columns that keep one value in all files."""
-    first = {name: value for name, value in files[0].items() if isinstance(value, float)}
-    return [name for name, value in first.items() if all(one.get(name) == value for one in files)]
-
-
-def some_of(files: Sequence[_File]) -> list[_File]:
-    """Return the files that are read to see what columns hold: all, or some by chance."""
-    chosen = np.random.default_rng(0).permutation(len(files))[:_READ]
-    return [files[number] for number in sorted(chosen)]
+        if all(isinstance(value, float) for value in its):
+            why[name] = LABELS if len(its) > 1 else DEAD
+        elif len(its) == 1 and isinstance(reason := its.pop(), str):
+            why[name] = reason
+    return why
 
 
 def unit_of(step: float, n: int, declared: str) -> str:
@@ -185,11 +169,6 @@ _BRIDGED = 5
 _UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
 _SLOWEST_S, _SHORTEST_S, _LONGEST_S = 0.2, 0.2, 3600
 """Longest step of a clock, and shortest and longest recording, that a unit of times may give."""
-_BACK, _ON = 0.01, 0.2
-"""A counter or clock, which may begin again, goes back in no more than the first share of its
-steps, and on in the second at least."""
-_READ = 200
-"""Files that are read to see what columns hold."""
 
 
 @dataclass(frozen=True)
@@ -213,9 +192,9 @@ class SeriesFile:
     expected_hz: float | None = None
 
     @cached_property
-    def _known(self) -> tuple[int, int, Rows | None, Courses]:
+    def _known(self) -> tuple[int, int, Rows | None]:
         table, rows = self._table()
-        return len(table.values), len(table.columns), rows, courses(table)
+        return len(table.values), len(table.columns), rows
 
     @property
     def n_samples(self) -> int:
@@ -231,11 +210,6 @@ class SeriesFile:
     def rows(self) -> Rows | None:
         """What rows were resampled, None where none were; reads the file."""
         return self._known[2]
-
-    @property
-    def courses(self) -> Courses:
-        """What each channel does; reads the file."""
-        return self._known[3]
 
     @cached_property
     def sample_rate_hz(self) -> float:
@@ -312,7 +286,7 @@ class SeriesFile:
                 f"{self.path}, {table.unit} {table.place[row]}: expected at most "
                 f"{self.signal.out_of_order:.3g} of the rows out of order (out_of_order), found "
                 f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms; "
-                "look at the file's times, or allow a larger share in [signal]"
+                "allow a larger share in [signal], or leave the time out and say sample_rate_hz"
             )
 
     def _check_gaps(
@@ -460,13 +434,11 @@ def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
     if not files or files[0].signal.channels:
         return []
     found: list[Courses] = []
-    for file in some_of(files):
+    for file in files:
         with suppress(InputError):  # which reading it says
-            found.append(file.courses)
-    if not found:
-        return []
-    why = no_signals(found) | dict.fromkeys(dead_columns(found), "it never changes")
-    if len(found[0]) == 1 and not why:
+            found.append(courses(read_table(file.path, file.signal)))
+    why = no_signals(found) if found else {}
+    if not why and len(found[0] if found else ()) < 2:
         return []
     said = f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
     doubts = ", ".join(f"{name} ({reason})" for name, reason in why.items())

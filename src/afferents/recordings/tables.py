@@ -7,6 +7,7 @@ import io
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from itertools import islice, product
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -24,6 +25,10 @@ from afferents.recordings.media import Pattern
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _UNIT = re.compile(r"(?![-+.]?\d)(?!(?i:[-+]?(?:nan|inf(?:inity)?))$).*")
 """What no row of numbers holds: neither a number nor what stands for one."""
+_DIALECTS = (*product(",;\t ", "."), *product(";\t ", ","))
+"""What separates fields, and decimals. Of those that fit equally well the first counts."""
+_LINES = 200
+"""By which they are told."""
 _COMMA_POINT = str.maketrans(",.", ".,")
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
 UNITS_MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
@@ -320,9 +325,11 @@ def read_table(path: Path, signal: Signal) -> Table:
     values = table.values[:, read]
     if table.unit == "line" and not np.isfinite(values).all():
         raise _fault(path, signal, table.columns, read)
-    if texts := [name for name, x in zip(names, values.T, strict=False) if np.isnan(x).all()]:
+    texts = np.isnan(values).all(axis=0)
+    if texts.any():
+        text = table.columns[read[int(np.argmax(texts))]]
         raise InputError(
-            f"{path}: expected numbers in the column '{texts[0]}', found none; name the columns to "
+            f"{path}: expected numbers in the column '{text}', found none; name the columns to "
             "read in [signal] channels"
         )
     time = values[:, -1] if times else None
@@ -376,20 +383,20 @@ def _csv(path: Path, signal: Signal) -> Table:
     return Table(tuple(names), values, np.arange(len(values)) + first, "line")
 
 
-def open_text(path: Path) -> io.TextIOWrapper:
+def _open_text(path: Path) -> io.TextIOWrapper:
     """Open a file of text, in UTF-16 where its first bytes declare that, else in UTF-8."""
     with path.open("rb") as file:
         wide = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     return path.open(encoding="utf-16" if wide else "utf-8-sig", errors="replace")
 
 
-def fields_of(line: str, separator: str) -> list[str]:
+def _fields(line: str, separator: str) -> list[str]:
     """Return what stands between separators, without quotes and blanks around it."""
     (fields,) = csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True)
     return [field.strip() for field in fields] or [""]
 
 
-def is_number(field: str, decimal: str) -> bool:
+def _is_number(field: str, decimal: str) -> bool:
     """Tell whether a field is a number."""
     swapped = field.translate(_COMMA_POINT) if decimal == "," else field
     return NUMBER.fullmatch(swapped) is not None
@@ -401,17 +408,17 @@ def _head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
     Comments, which begin with ``#``, and a row of units below the names are left out. Where numbers
     follow the comments, the last of these holds the names, as NumPy writes them.
     """
-    with open_text(path) as file:
+    with _open_text(path) as file:
         comment, line, n = "", file.readline(), 1
         while line.startswith("#"):
             comment, line, n = line.lstrip("# "), file.readline(), n + 1
-        header = fields_of(line, signal.separator)
+        header = _fields(line, signal.separator)
         if signal.header:
-            if comment and all(is_number(field, signal.decimal) for field in header):
-                header = fields_of(comment, signal.separator)
+            if comment and all(_is_number(field, signal.decimal) for field in header):
+                header = _fields(comment, signal.separator)
             else:
                 line, n = file.readline(), n + 1
-            below = fields_of(line, signal.separator)
+            below = _fields(line, signal.separator)
             if len(below) == len(header) and any(below) and all(map(_UNIT.fullmatch, below)):
                 line, n = file.readline(), n + 1
         while len(header) > 1 and not header[-1]:
@@ -424,20 +431,55 @@ def _fault(path: Path, signal: Signal, names: Sequence[str], read: Iterable[int]
     """Return what is wrong with the first line at fault, in the columns that are read."""
     _, first, text = _head(path, signal)
     for number, line in enumerate(text.split("\n"), start=first):
-        fields = fields_of(line, signal.separator)
+        fields = _fields(line, signal.separator)
         while len(fields) > len(names) and not fields[-1]:
             fields.pop()
         if len(fields) != len(names):
             found = f"expected {len(names)} fields, found {len(fields)}"
             do = "; decimal commas need decimal = ',' and another separator" * (number == first)
             return InputError(f"{path}, line {number}: {found}{do}")
-        wrong = [fields[n] for n in read if not is_number(fields[n], signal.decimal)]
+        wrong = [fields[n] for n in read if not _is_number(fields[n], signal.decimal)]
         if wrong:
             return InputError(
                 f"{path}, line {number}: expected numbers, found '{wrong[0]}'; mend the line, or "
                 "name the columns to read in [signal] channels"
             )
     return InputError(f"{path}: expected a table of numbers, found one that can't be read")
+
+
+def find_dialect(path: Path) -> Signal:
+    """Return what separates fields and decimals of a CSV, and whether it has names of columns.
+
+    Pairs of whole numbers are single ones with a decimal comma where the file names one column; or
+    names none, and the second ones begin with zeros, or are equally long after hardly any first.
+
+    Raises
+    ------
+    InputError
+        If it can't be read.
+    """
+    with reading(path, "a readable CSV file"), _open_text(path) as file:
+        lines = [line.strip("\r\n") for line in islice(file, _LINES) if line.strip()]
+    rows = [line for line in lines if not line.startswith("#")] or [""]
+
+    def fit(line: str, separator: str, decimal: str) -> int:
+        fields = filter(None, _fields(line, separator))
+        return sum(1 if _is_number(field, decimal) else -1 for field in fields)
+
+    best = max(_DIALECTS, key=lambda one: sum(fit(row, *one) for row in rows[len(rows) // 2 :]))
+    names = _fields(rows[0], best[0])
+    header = fit(rows[0], *best) < sum(map(bool, names)) or rows == [""]
+    if not header and len(rows) < len(lines):  # as NumPy writes names
+        comment = lines[lines.index(rows[0]) - 1].lstrip("# ")
+        header = len(_fields(comment, best[0])) == len(names)
+    pairs = [row.split(",") for row in rows[header:] if re.fullmatch(r"[-+]?\d+,\d+", row)]
+    if pairs and len(pairs) == len(rows) - header:
+        first, second = ({*column} for column in zip(*pairs, strict=True))
+        alike = len(first) <= 3 < len(pairs) and len({*map(len, second)}) == 1 < len(pairs[0][1])
+        padded = any(re.match(r"0\d", one) for one in second)
+        if len(names) == 1 if header else alike or padded:
+            best = (";", ",")
+    return Signal(separator=best[0], decimal=best[1], header=header)
 
 
 def _parquet(path: Path, signal: Signal) -> Table:
@@ -504,9 +546,8 @@ def _columns(path: Path, columns: dict[str, Any]) -> Table:
     for name, values in columns.items():
         if values.ndim != 1:
             found = f"{values.ndim} dims of {values.dtype} in '{name}'"
-            expected = "columns"
             raise InputError(
-                f"{path}: expected {expected}, found {found}; name those to read in [signal] arrays"
+                f"{path}: expected columns, found {found}; name those to read in [signal] arrays"
             )
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) != 1:

@@ -170,7 +170,7 @@ def test_columns_that_are_no_signals_are_left_out_and_dead_ones_kept(tmp_path):
     for name, why in (("0", "rises"), ("host_time", "rises"), ("label", "has one value in each")):
         assert f"{name} (it {why}" in said(made)
     assert "frame (it holds no numbers)" in said(made)
-    assert "Kept, though the same in every row of every file: dead." in said(made)
+    assert "Kept as channels: dead (it never changes, in any file)." in said(made)
 
 
 def test_files_that_cannot_be_read_leave_a_description_to_be_mended(tmp_path):

@@ -277,7 +277,7 @@ def test_columns_that_are_no_signals_are_named_where_no_description_names_any(tm
     for name in ("seq", "clock"):
         assert f"{name} (it rises or falls from row to row" in sentence
     assert "label (it has one value in each file" in sentence
-    assert "dead (it never changes)" in sentence
+    assert "dead (it never changes, in any file)" in sentence
     assert "left (" not in sentence
     data_set = described(tmp_path, FILES + TIMED)
     assert data_set.describe(data_set.recordings()) == []

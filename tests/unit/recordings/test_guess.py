@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.recordings.guess import guess_data_set, guess_dialect, guess_pattern
+from afferents.recordings.guess import guess_data_set, guess_pattern
 from afferents.recordings.media import Pattern
+from afferents.recordings.tables import find_dialect
 
 
 @pytest.mark.parametrize(
@@ -98,5 +99,5 @@ def test_parts_of_tables_names_are_numbers_with_units_or_words(names, pattern, t
 def test_what_separates_fields_and_decimals(tmp_path, rows, dialect):
     path = tmp_path / "a.csv"
     path.write_text("\n".join(rows) + "\n")
-    found = guess_dialect(path)
+    found = find_dialect(path)
     assert (found.separator, found.decimal, found.header) == dialect
