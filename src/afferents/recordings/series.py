@@ -14,14 +14,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings.tables import (
-    UNITS_MS,
-    Numbers,
-    Signal,
-    Table,
-    read_columns,
-    read_table,
-)
+from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, read_columns, read_table
 from afferents.store.trimming import require_reached
 
 _PASSED = 0.42
@@ -318,21 +311,17 @@ class SeriesFile:
         step, usual_ms = np.diff(time_ms), self._usual_step_ms(time_ms)
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
-        self._check_unit(usual_ms, len(time_ms))
-        # To six digits: float times add noise, and all recordings must share one axis.
-        return float(f"{1000 / usual_ms:.6g}")
-
-    def _check_unit(self, step_ms: float, n: int) -> None:
-        """Refuse a unit of times that can't be."""
-        declared, step = self.signal.time_unit, step_ms / self.signal.time_ms
-        other = unit_of(step, n, declared)
-        if other != declared or not 1e-4 <= step_ms <= 1000:
-            as_other = f", in {other} {step * UNITS_MS[other]:.3g} ms" if other != declared else ""
+        declared, each = self.signal.time_unit, usual_ms / self.signal.time_ms
+        other = unit_of(each, len(time_ms), declared)
+        if other != declared or not 1e-4 <= usual_ms <= 1000:
+            as_other = f", in {other} {each * UNITS_MS[other]:.3g} ms" * (other != declared)
             raise InputError(
                 f"{self.path}: expected rows at most {_SLOWEST_S:g} s apart, and {_SHORTEST_S:g} s "
-                f"to an hour of them, found {n} rows {step_ms:.3g} ms apart{as_other}; correct "
-                f"[signal] time_unit, or say sample_rate_hz, at least 1, if {declared} is right"
+                f"to an hour of them, found {len(time_ms)} rows {usual_ms:.3g} ms apart{as_other}; "
+                "correct [signal] time_unit, or say sample_rate_hz, at least 1, where it is right"
             )
+        # To six digits: float times add noise, and all recordings must share one axis.
+        return float(f"{1000 / usual_ms:.6g}")
 
     def _usual_step_ms(self, time_ms: Numbers) -> float:
         """Return the median step between rows, ms; refuse times that don't go on."""

@@ -365,16 +365,20 @@ def _csv(path: Path, signal: Signal) -> Table:
         raise InputError(f"{path}, line 1: expected {expected}, found {names}")
     if not text:
         raise InputError(f"{path}: expected rows of data below the header, found none")
+    options: dict[str, Any] = {
+        "sep": r"\s+" if signal.separator == " " else signal.separator, "header": None,
+        "index_col": False, "skip_blank_lines": False, "keep_default_na": False,
+    }  # fmt: skip
+    number: dict[str, Any] = {"dtype": np.float64, "na_values": [""], "decimal": signal.decimal}
     try:
-        frame = pd.read_csv(
-            io.StringIO(text), sep=r"\s+" if signal.separator == " " else signal.separator,
-            header=None, index_col=False, skip_blank_lines=False, keep_default_na=False,
-            na_values=[""], decimal=signal.decimal, low_memory=False,
-        )  # fmt: skip
+        frame = pd.read_csv(io.StringIO(text), **options, **number)
     except ValueError:  # of pandas' parser as well
-        raise _fault(path, signal, names, range(len(names))) from None
-    texts = frame.columns.difference(frame.select_dtypes("number").columns)
-    frame[texts] = frame[texts].astype(str).apply(pd.to_numeric, errors="coerce")
+        try:
+            texts = pd.read_csv(io.StringIO(text), **options, dtype=str).fillna("")
+        except ValueError:
+            raise _fault(path, signal, names, range(len(names))) from None
+        points = texts.apply(lambda one: one.str.replace(signal.decimal, "."))
+        frame = points.apply(pd.to_numeric, errors="coerce")
     while frame.shape[1] > len(names) and frame.iloc[:, -1].isna().all():
         frame = frame.iloc[:, :-1]  # rows that end in a separator
     if frame.shape[1] != len(names):

@@ -4,7 +4,9 @@ import shutil
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from afferents.inspection.files import draw_vibration
 from afferents.inspection.inspect import inspect, too_short_sentences
 
 HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
@@ -27,6 +29,15 @@ def test_every_broken_slide_is_named(look, tmp_path):
     path.write_text(f"{HEADER}\n0,0,0,abc" + 15 * ",1")
     (problem,) = look(f"fabricslide:{folder}").problems
     assert "V20mmps_0.csv, line 2: expected numbers, found 'abc'" in problem
+
+
+def test_a_signal_of_few_samples_in_ten_seconds_is_drawn(tmp_path):
+    signal = xr.DataArray(
+        np.zeros((300, 2), np.float32),
+        dims=("audio_time", "channel"),
+        attrs={"sample_rate_hz": 0.036, "units": "counts"},
+    )
+    assert draw_vibration(signal, "slow", tmp_path).is_file()
 
 
 def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
