@@ -46,7 +46,7 @@ def draw(shift_px, covered=()):
     for number, (x, y) in enumerate((x, y) for x in places + 320 + shift_px for y in places + 240):
         if number not in covered:
             centre = (round(x * 256), round(y * 256))
-            cv2.circle(image, centre, round(RADIUS_PX * 256), 255, -1, cv2.LINE_AA, 8)
+            cv2.circle(image, centre, round(RADIUS_PX * 256), 235, -1, cv2.LINE_AA, 8)
     image.flags.writeable = False  # others are given it too
     return image
 

@@ -409,8 +409,9 @@ REPEATED_SHARE = 0.2
 """A repeated frame changes less than this share of what changes before and after it."""
 MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
-MANY_REPEATED = 0.01
-"""Share of frames that seem repeated beyond which it is said."""
+MANY_REPEATED, OFTEN_REPEATED = 0.01, 0.1
+"""Share of frames that seem repeated beyond which it is said: live, and of a recording, in which a
+skin that swings as one stands still as often at each turn."""
 
 
 def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -442,16 +443,18 @@ def find_time_issues(time_s: NDArray[np.float64], where: object) -> list[Quality
 
     A count below the one that a container declares proves nothing: avi counts empty packets.
     """
-    if (n := count_dropped(time_s)) == 0:
-        return []
     step = np.diff(time_s)
+    if len(step) == 0:
+        return []
     period = float(np.median(step))
     uneven = float((np.abs(step - period) > max(UNEVEN * period, _CLOCK_S)).mean())
     every = f"a frame every {1000 * period:.1f} ms"
     if uneven > OFTEN_UNEVEN:
-        found = f"{uneven:.0%} of the intervals longer or shorter by more than a tenth"
+        found = f"a variable frame rate: {uneven:.0%} of the intervals differ by more than a tenth"
         cause = "RA-I, a change per frame, is another thing there"
         return [QualityIssue("uneven", where, every, found, cause)]
+    if (n := count_dropped(time_s)) == 0:
+        return []
     longest = int(np.argmax(step))
     found = (
         f"{n} missing by the times of the others, the longest gap {step[longest]:.3f} s at "
@@ -463,7 +466,7 @@ def find_time_issues(time_s: NDArray[np.float64], where: object) -> list[Quality
 def find_doubled_frames(change: NDArray[np.float64], where: object) -> list[QualityIssue]:
     """Find many frames that repeat the one before; see `find_repeated`."""
     n = int(find_repeated(change).sum())
-    if n <= MANY_REPEATED * len(change):
+    if len(change) < FEWEST or n <= OFTEN_REPEATED * len(change):
         return []
     found = f"{n} of {len(change)} that seem to repeat the one before"
     cause = "RA-I is near 0 there and too large in the next, and the true frame rate is lower"

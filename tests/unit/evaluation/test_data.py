@@ -15,7 +15,7 @@ from afferents.evaluation.encode import Source, _require_one_frame_rate
 from afferents.evaluation.results import read_summary
 from afferents.evaluation.summary import data_quality
 from afferents.quality.issues import QualityIssue
-from afferents.store.responses import with_doubts
+from afferents.store.responses import with_issues
 from afferents.store.zarr_store import open_responses, write_responses
 
 ALONE = ("--quiet", "--workers", 1)
@@ -66,7 +66,7 @@ def doubtful(stores, tmp_path):
     detected[-len(detected) // 5 :] = False
     position = np.where(detected[..., None], lost["position"], np.nan).astype(np.float32)
     lost["detected"].values, lost["position"].values = detected, position
-    for one in (lost, with_doubts(accepted, [REPEATED])):
+    for one in (lost, with_issues(accepted, [REPEATED])):
         write_responses(found, one)
     return found
 
@@ -86,7 +86,7 @@ def test_shares_are_of_each_recording(doubtful, stores):
         "recording": recordings[0].attrs["name"],
         "n": len(recordings),
     }
-    assert [(one.recording, one.found) for one in said["accepted"]] == [
+    assert [(one.recording, one.found) for one in said["issues"]] == [
         (recordings[1].attrs["name"], (str(REPEATED),))
     ]
     assert data_quality(open_responses(stores["audio"])) == {}
@@ -100,7 +100,7 @@ def test_it_stands_on_the_first_page(doubtful, tmp_path, does):
     summary, page = read_summary(out).content(), (out / "report.html").read_text()
     first = page[: page.index("What was evaluated")]
     assert "49% of them twice" in first
-    assert "recording was accepted as it is" in first
+    assert "Something is wrong with 1 recording;" in first
     assert f"at most {100 * summary['lost']['worst']:.1f}%, in recording 1/20" in first
 
 

@@ -13,8 +13,7 @@ from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data, recordings_in
 from afferents.evaluation.encode import Source, encode
-from afferents.extraction.copies import NAMED, warn_of_copies, warning_of
-from afferents.inspection.files import level_sentences
+from afferents.extraction.copies import NAMED, warn, warning_of
 from afferents.inspection.inspect import inspect
 from afferents.markers.quality import find_hidden_markers
 from afferents.progress import Progress
@@ -80,14 +79,14 @@ def test_accepted_it_is_kept_and_known_for_what_it_is(run, frozen, tmp_path):
     command = ("extract", frozen, store, "--workers", "1", "--json", "--accept", "frozen")
     code, out, err = run(*command, "--accept", "dark")
     assert code == 0
-    (said,) = json.loads(out)["accepted"]["1/20"]
+    (said,) = json.loads(out)["issues"]["1/20"]
     assert FROZEN in said
-    assert "1/20: kept as it is, though wrong" in err
+    assert "Frozen: 1/20: expected" in err
     (responses,) = open_responses(store)
-    assert json.loads(responses.attrs["accepted"]) == [said]
-    assert json.loads(responses.attrs["conditions"])["accepted"] == "frozen"
+    assert json.loads(responses.attrs["issues"]) == [said]
+    assert json.loads(responses.attrs["conditions"])["issues"] == "frozen"
     # It stays known when nothing is left to do, and to who looks at the store.
-    assert "1/20" in json.loads(run(*command)[1])["accepted"]
+    assert "1/20" in json.loads(run(*command)[1])["issues"]
     assert any(FROZEN in line for line in look(store, tmp_path).sentences)
 
 
@@ -95,8 +94,8 @@ def test_inspect_says_it_of_the_session_and_of_the_video(frozen, tmp_path):
     (problem,) = look(frozen, tmp_path).problems
     assert FROZEN in problem
     found = look(frozen / "1/20/video.mp4", tmp_path)
-    assert "frozen" in found.facts["doubts"]
-    assert any(line.startswith("Frozen, if the drum slides here") for line in found.sentences)
+    assert "frozen" in found.facts["issues"]
+    assert any(line.startswith("Frozen: expected a picture that") for line in found.sentences)
     assert found.problems == []
 
 
@@ -108,7 +107,7 @@ def test_beyond_full_scale_is_refused_or_accepted(run, fails, noisy, tmp_path):
     assert "up to 3, first at sample 12000 (1.500 s)" in said
     code, _, err = run(*command, "--accept", "loud")
     assert code == 0
-    assert "2/30: kept as it is, though wrong" in err
+    assert "Loud: 2/30: expected samples within full scale" in err
 
 
 def test_no_number_is_never_accepted(fails, noisy, tmp_path):
@@ -118,13 +117,6 @@ def test_no_number_is_never_accepted(fails, noisy, tmp_path):
     found = look(noisy / "2/30/audio.wav", tmp_path)
     assert any("found nan at sample 12000 (1.500 s)" in problem for problem in found.problems)
     assert any(line.startswith("Peak 0.2") for line in found.sentences)
-
-
-def test_levels_are_said_of_what_is_a_number():
-    samples = np.array([0.1, np.nan, -12.5, np.inf], np.float32)
-    assert level_sentences(samples)[0].startswith("Peak 12.5, RMS 8.84 of full scale")
-    assert level_sentences(np.full(5, np.nan, np.float32)) == ["No sample is a number."]
-    assert "silent" in level_sentences(np.zeros(5, np.float32))[1]
 
 
 @pytest.mark.parametrize(
@@ -178,7 +170,7 @@ def test_a_copy_that_was_encoded_again_is_warned_of(run, noisy, tmp_path):
             said.append(text)
 
     said = []
-    warn_of_copies(recordings_in(open_data([str(store)])), Notes(quiet=True))
+    warn(recordings_in(open_data([str(store)])), Notes(quiet=True))
     assert "2/30 and 3/60 (by sound, " in said[0]
 
 

@@ -159,7 +159,7 @@ def test_quality_of_good_pictures_is_not_doubted(moving):
     assert numbers["skin_grey"] == 20
     said = figures(pipeline.video)
     assert said["markers"].value == "361 of 361"
-    assert said.pop("overexposed").issue.startswith("Overexposed: most markers are at full white")
+    assert said.pop("overexposed").issue.startswith("most of them overexposed")
     assert not any(figure.issue for figure in said.values())
 
 
