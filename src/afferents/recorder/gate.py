@@ -133,7 +133,7 @@ def check_run(
         That it was made with, open still.
     """
     camera, microphone = devices.camera.settings, devices.sound
-    checks = [*check_frames(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
+    checks = [*check_frames(counts, plan.tolerance), check_speed(log, plan, speed_mm_s)]
     if microphone is not None:
         checks += _sound(log, plan, microphone)
         checks += _clock(log, plan, camera, microphone)
@@ -165,7 +165,8 @@ def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
     ]
 
 
-def _speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+    """Judge whether the drum held its speed while it was to be steady."""
     begin_s, end_s = (edge + (log.origin_s or 0.0) for edge in plan.steady_s)
     speeds = np.array([row.speed_mm_s for row in log.drive if begin_s <= row.time_s <= end_s])
     n_known = int(np.isfinite(speeds).sum())

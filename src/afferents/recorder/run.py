@@ -175,8 +175,8 @@ class Run:
 
     def _note(self, state: DriveState, elapsed_s: float) -> None:
         self._watch.drive(state, self._set_mm_s, elapsed_s)
-        values = (math.nan if value is None else value for value in state[:3])
-        self.log.drive.append(DriveRow(*values, self._set_mm_s, state.fault))
+        time_s, *known = (math.nan if value is None else value for value in state[:3])
+        self.log.drive.append(DriveRow(time_s, known[0], known[1], self._set_mm_s, state.fault))
         state.raise_fault()
 
     def _begin(self, origin_s: float) -> None:

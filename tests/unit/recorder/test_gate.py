@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from afferents.devices.base import CameraSettings
-from afferents.recorder.gate import check_frames, count_frames, count_on
-from afferents.recorder.gate import _speed as check_speed
+from afferents.recorder.gate import check_frames, check_speed, count_frames, count_on
 from afferents.recorder.plan import Plan, Tolerance
 from afferents.recordings.run_log import DriveRow, FrameRow, Log
 
