@@ -6,10 +6,9 @@
 //   hello            -> hello
 //   clear            -> clear                forgets a fault
 //   speed 50.0       -> speed 50.00000       mm/s of the drum's surface, held by the loop below
-//   duty 0.25        -> duty 0.25000         -1 to 1, for a loop on the computer
 //   stop             -> stop
 //   state            -> state POSITION SPEED FAULT     mm, mm/s, and ok, stalled or watchdog;
-//                       with an index pulse, POSITION is nan until the first one
+//                       with an index pulse, POSITION is 'unknown' until the first one
 //
 // The drum stops when nothing is heard for WATCHDOG_MS. Wire an emergency stop into the motor's
 // power as well: no program is a substitute for one.
@@ -36,8 +35,7 @@ const int WINDOW = 20;                  // loops over which speed is measured: 0
 volatile long counts = 0, zero = 0;  // zero: the count at the index pulse
 volatile bool indexed = false;
 
-enum Mode { STANDING, BY_SPEED, BY_DUTY };
-Mode mode = STANDING;
+bool turning = false;
 const char *fault = "ok";
 float aim = 0, summed = 0, speed = 0;
 long past[WINDOW];
@@ -69,19 +67,17 @@ void drive(float duty) {
 }
 
 void halt(const char *why) {
-  mode = STANDING;
+  turning = false;
   aim = summed = 0;
   fault = why;
   drive(0);
 }
 
-void begin(Mode wanted, float value) {
+void begin(float mmPerSecond) {
   if (strcmp(fault, "ok") != 0) return;  // not before 'clear'
-  if (mode == STANDING) moved_ms = millis();
-  if (mode != wanted) summed = 0;
-  mode = wanted;
-  aim = value;
-  if (wanted == BY_DUTY) drive(value);
+  if (!turning) moved_ms = millis();
+  turning = true;
+  aim = mmPerSecond;
 }
 
 void setup() {
@@ -126,7 +122,7 @@ void sayValue(const char *verb, float value) {
 void sayState() {
   char position[24], now[24], text[64];
   if (INDEX_PIN < 0 || indexed) dtostrf((countsNow() - zero) * MM_PER_COUNT, 1, 4, position);
-  else strcpy(position, "nan");  // counted from power-on, which says nothing of the angle
+  else strcpy(position, "unknown");  // counted from power-on, which says nothing of the angle
   dtostrf(speed, 1, 3, now);
   snprintf(text, sizeof text, "state %s %s %s", position, now, fault);
   say(text);
@@ -139,8 +135,7 @@ void obey(char *text) {
     *space = 0;
     value = atof(space + 1);
   }
-  if (!strcmp(text, "speed") && space) { begin(BY_SPEED, value); sayValue(text, value); }
-  else if (!strcmp(text, "duty") && space) { begin(BY_DUTY, value); sayValue(text, value); }
+  if (!strcmp(text, "speed") && space) { begin(value); sayValue(text, value); }
   else if (!strcmp(text, "stop")) { halt(fault); say("stop"); }
   else if (!strcmp(text, "clear")) { fault = "ok"; say("clear"); }
   else if (!strcmp(text, "state")) sayState();
@@ -162,17 +157,15 @@ void control() {
   newest = (newest + 1) % WINDOW;
   speed = (now - past[newest]) * MM_PER_COUNT * 1e6 / ((float)WINDOW * LOOP_US);
   past[newest] = now;
-  if (mode == STANDING) return;
+  if (!turning) return;
   if (millis() - heard_ms > WATCHDOG_MS) { halt("watchdog"); return; }
   if (speed != 0 || aim == 0) moved_ms = millis();
   if (millis() - moved_ms > STALLED_MS) { halt("stalled"); return; }
-  if (mode == BY_SPEED) {
-    float error = aim - speed;
-    float next = summed + INTEGRAL_HZ * error * LOOP_US * 1e-6;
-    float wanted = aim + PROPORTIONAL * error + next;
-    if (wanted < FULL_MM_S && wanted > -FULL_MM_S) summed = next;
-    drive(wanted / FULL_MM_S);
-  }
+  float error = aim - speed;
+  float next = summed + INTEGRAL_HZ * error * LOOP_US * 1e-6;
+  float wanted = aim + PROPORTIONAL * error + next;
+  if (wanted < FULL_MM_S && wanted > -FULL_MM_S) summed = next;
+  drive(wanted / FULL_MM_S);
 }
 
 void loop() {

@@ -62,7 +62,10 @@ def live(
     ] = "1",
     fps: Annotated[
         float | None,
-        typer.Option(help="Without a model: frame rate asked of a camera (default: its own)."),
+        typer.Option(
+            help="Without a model: frame rate asked of a camera, or true rate of a recording or a "
+            "folder of images (default: its own)."
+        ),
     ] = None,
     exposure_ms: Annotated[
         float | None, typer.Option(help="Exposure time of the camera, ms (default: unchanged).")
@@ -115,8 +118,8 @@ def live(
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
         fps_hz = None if fps is None else rate_in(fps)
-        images = images_of(video, load_sensor(sensor) if sensor else None)
+        images = images_of(video, load_sensor(sensor) if sensor else None, fps_hz)
         wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
-        sources = open_sources(video, audio, wanted, factor, exposure_ms)
+        sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, images, offset_s)
     give_out(sources, pipeline, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)

@@ -4,6 +4,7 @@ All times are seconds of the monotonic clock (``time.monotonic()``), so that pic
 and drum can be laid on one another.
 """
 
+import math
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -83,17 +84,23 @@ class DriveState(NamedTuple):
     time_s
         When it was read, s on the monotonic clock.
     position_mm
-        Way of the drum's surface since its index (or since the drive was opened), mm.
+        Way of the drum's surface since its index (or since the drive was opened), mm; None where
+        nothing measures it.
     speed_mm_s
-        Speed of the surface, mm/s.
+        Speed of the surface, mm/s; None where nothing measures it.
     fault
-        What the drive complains of; None when it does not.
+        What the drive complains of, or why its answer is impossible; None where all is well.
     """
 
     time_s: float
-    position_mm: float
-    speed_mm_s: float
+    position_mm: float | None
+    speed_mm_s: float | None
     fault: str | None
+
+    def raise_fault(self) -> None:
+        """Raise `DeviceError` where there is a fault."""
+        if self.fault is not None:
+            raise DeviceError(f"the drive reports a fault: {self.fault}")
 
 
 @dataclass(frozen=True)
@@ -124,6 +131,12 @@ class CameraSettings:
     controls: Mapping[str, float] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse a rate that no camera has."""
+        if self.fps_hz <= 0 or math.isinf(self.fps_hz):
+            expected = "a rate above 0 frames/s"
+            raise InputError(f"camera {self.name}: expected {expected}, found {self.fps_hz:g}")
+
 
 @dataclass(frozen=True)
 class MicrophoneSettings:
@@ -143,6 +156,22 @@ class MicrophoneSettings:
     rate_hz: float
     channels: int
 
+    def __post_init__(self) -> None:
+        """Refuse a rate and a number of channels that no microphone has."""
+        if not 0 < self.rate_hz < math.inf or self.channels < 1:
+            expected = "a rate above 0 Hz, one channel or more"
+            found = f"{self.rate_hz:g} Hz, {self.channels} channels"
+            raise InputError(f"microphone {self.name}: expected {expected}, found {found}")
+
+
+FASTER = 2.0
+"""No drum turns faster than this multiple of the highest speed of its drive. The times of readings,
+each between question and answer, err by no larger factor."""
+SLACK_S = 0.1
+"""Way at that speed for which positions are coarse, and their times late, s."""
+COMPARED_S = 0.5
+"""Positions are compared where readings are no farther apart, s: a board may have restarted."""
+
 
 @dataclass(frozen=True)
 class DriveLimits:
@@ -156,6 +185,30 @@ class DriveLimits:
 
     lowest_mm_s: float
     highest_mm_s: float
+
+    def find_impossible(self, state: DriveState, before: DriveState | None = None) -> str:
+        """Return why a drive's answer is impossible; nothing where it is possible.
+
+        Numbers must be finite, speeds and steps of the position within what the drum can do. An
+        encoder that wraps and a single wrong reading are found by their step.
+
+        Parameters
+        ----------
+        before
+            The answer before; None for none.
+        """
+        for name, value in zip(("time", "position", "speed"), state[:3], strict=True):
+            if value is not None and not math.isfinite(value):
+                return f"its {name} is {value:g}"
+        fastest_mm_s = FASTER * self.highest_mm_s
+        if before and before.position_mm is not None and state.position_mm is not None:
+            step_mm = state.position_mm - before.position_mm
+            gone_s = abs(state.time_s - before.time_s)
+            if gone_s <= COMPARED_S and abs(step_mm) > fastest_mm_s * (gone_s + SLACK_S):
+                return f"its position went {step_mm:.0f} mm in {gone_s:.3f} s"
+        if abs(state.speed_mm_s or 0.0) > fastest_mm_s:
+            return f"its speed is {state.speed_mm_s:.0f} mm/s, its highest {self.highest_mm_s:g}"
+        return ""
 
 
 class Options(StrictForm):
@@ -296,6 +349,8 @@ class Microphone(_Stream):
 class Drive(Device):
     """Turns the drum; `close` stops it first.
 
+    A kind of drive defines `query`, which is judged by `read`.
+
     Attributes
     ----------
     limits
@@ -303,6 +358,7 @@ class Drive(Device):
     """
 
     limits: DriveLimits
+    _before: DriveState | None = None
 
     def require_speed(self, speed_mm_s: float) -> None:
         """Refuse a speed outside `limits`."""
@@ -325,9 +381,26 @@ class Drive(Device):
             If the drive does not take it.
         """
 
-    @abstractmethod
     def read(self) -> DriveState:
         """Return where the drum is and how fast it turns.
+
+        An impossible answer stops the drum, and is its `fault`; see `DriveLimits`.
+
+        Raises
+        ------
+        DeviceError
+            If the drive no longer answers.
+        """
+        state = self.query()
+        before, self._before = self._before, state
+        if why := self.limits.find_impossible(state, before):
+            self.stop()
+            return state._replace(fault=state.fault or f"impossible answer: {why}")
+        return state
+
+    @abstractmethod
+    def query(self) -> DriveState:
+        """Return what the drive answers, whatever it is.
 
         Raises
         ------
@@ -347,7 +420,7 @@ class ByHandOptions(Options):
 
 
 class ByHand(Drive):
-    """No drive: takes any speed, moves nothing, and knows nothing of the drum (NaN).
+    """No drive: takes any speed, moves nothing, and knows nothing of the drum.
 
     The drum is turned by hand, or by another program.
     """
@@ -367,9 +440,9 @@ class ByHand(Drive):
     def start(self, speed_mm_s: float) -> None:
         """Leave it to whoever turns the drum."""
 
-    def read(self) -> DriveState:
+    def query(self) -> DriveState:
         """Return the time, and that the rest is unknown."""
-        return DriveState(time.monotonic(), float("nan"), float("nan"), None)
+        return DriveState(time.monotonic(), None, None, None)
 
     def stop(self) -> None:
         """Stop nothing."""

@@ -60,7 +60,7 @@ def device_of(
     ...         self.limits = DriveLimits(1.0, self.options.highest_mm_s)
     ...     def start(self, speed_mm_s):
     ...         self.speed = speed_mm_s
-    ...     def read(self):
+    ...     def query(self):
     ...         return DriveState(time.monotonic(), 0.0, self.speed, None)
     ...     def stop(self):
     ...         self.speed = 0.0

@@ -1,5 +1,6 @@
 """The live pipeline: from what a camera and a microphone give to predictions."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Self
 
@@ -45,8 +46,10 @@ class LivePipeline:
         Raises
         ------
         InputError
-            If there is none, or two learnt from different sensors, rates or spectra.
+            If there is none, two learnt from different sensors, rates or spectra, or the offset is
+            no finite number.
         """
+        _require_finite(audio_offset_s)
         if not networks:
             raise InputError("--model: expected at least one model, found none")
         names = [network.card.model for network in networks]
@@ -82,8 +85,10 @@ class LivePipeline:
         Raises
         ------
         InputError
-            If there is no source, or its sound has too few samples a second for a spectrum.
+            If there is no source, its sound has too few samples a second for a spectrum, or the
+            offset is no finite number.
         """
+        _require_finite(audio_offset_s)
         rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
@@ -156,3 +161,11 @@ def _listening(rate_hz: float, offset_s: float) -> AudioStream:
         raise InputError(
             f"--audio: expected sound of at least {least_hz:g} Hz, found {rate_hz:g}; leave it out"
         ) from error
+
+
+def _require_finite(offset_s: float) -> None:
+    if not math.isfinite(offset_s):
+        raise InputError(
+            f"--audio-offset-ms: expected a number of ms, found {offset_s:g}; 'afferents align' "
+            "measures it"
+        )

@@ -3,7 +3,9 @@
 import math
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Iterator, Sequence
+from statistics import median_low
 from typing import Self
 
 import numpy as np
@@ -258,6 +260,9 @@ SLOW = 1.12
 """Frames in a row that are farther apart than this, on average, make RA-I too large."""
 DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
+STEPS, SUPPOSED = 101, 5
+"""Without a model the period is the median of so many steps from frame to frame: the average rate
+of a file that lost frames is too low. It begins as the source's, in so many steps."""
 
 
 class VideoStream(SensorStream):
@@ -287,6 +292,7 @@ class VideoStream(SensorStream):
         self.newest: FrameImages | None = None
         self.images = images
         self._last_s: float | None = None
+        self._steps_s = None if networks else deque([1 / rate_hz] * SUPPOSED, STEPS)
         self._step = 1.0  # of frames in a row, in periods, over the last second
         self._longest = SLOW if networks else math.inf  # who looks on may see slow pictures
 
@@ -364,8 +370,12 @@ class VideoStream(SensorStream):
 
     def _comes_twice(self, time_s: float) -> bool:
         """Tell whether a frame is the last once more; count those missing before it."""
-        last = self._last_s
-        periods = 1.0 if last is None else (time_s - last) * self.rate_hz
+        last, rate_hz = self._last_s, self.rate_hz
+        if last is not None and self._steps_s is not None:
+            if time_s > last:
+                self._steps_s.append(time_s - last)
+            rate_hz = 1 / median_low(self._steps_s)
+        periods = 1.0 if last is None else (time_s - last) * rate_hz
         if -MISSING < periods < DOUBLED:
             return True
         if periods < 0:

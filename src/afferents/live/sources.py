@@ -38,6 +38,7 @@ def open_sources(
     wanted: Wanted,
     speed: float = 1.0,
     exposure_ms: float | None = None,
+    fps_hz: float | None = None,
 ) -> Sequence[Source]:
     """Open what models classify by, or what is looked at.
 
@@ -54,6 +55,8 @@ def open_sources(
         Of replays; infinite for as fast as possible.
     exposure_ms
         Of the camera; None leaves it.
+    fps_hz
+        True frame rate of a recording; None for what its session or file says.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def open_sources(
             if kind == "camera":
                 opened.append(_camera(name, wanted, exposure_ms))
             elif kind == "replay":
-                opened.append(ReplayedVideo(_clip(name), pace))
+                opened.append(ReplayedVideo(_clip(name, fps_hz), pace))
             elif kind == "rig":
                 rig = None if wanted.sensor is None else rig_of(wanted.sensor)
                 opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
@@ -91,14 +94,16 @@ def open_sources(
     return opened
 
 
-def images_of(video: str | None, sensor: Sensor | None = None) -> Images:
+def images_of(
+    video: str | None, sensor: Sensor | None = None, fps_hz: float | None = None
+) -> Images:
     """Return what finds the markers in a source of images that is looked at without a model.
 
     A recording is looked at first, so that what does not go with it is said before anything opens.
 
     Parameters
     ----------
-    video
+    video, fps_hz
         As for `open_sources`.
     sensor
         The sensor as the user describes it; None to find its markers at rest, as `calibrate`
@@ -114,7 +119,7 @@ def images_of(video: str | None, sensor: Sensor | None = None) -> Images:
         return Images(sensor or load_sensor(RIG_SENSOR))
     if kind != "replay":
         return Images(sensor) if sensor else FoundImages()
-    clip = _clip(name)
+    clip = _clip(name, fps_hz)
     images = Images(sensor) if sensor else FoundImages(found_in(clip))
     assert images.sensor is not None
     ordered_rest(clip, images.sensor)
@@ -129,13 +134,13 @@ def _parted(source: str) -> tuple[str, str]:
     return kind, name
 
 
-def _clip(name: str) -> Video:
+def _clip(name: str, fps_hz: float | None) -> Video:
     """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
     path = Path(name)
     if not is_image_folder(path):
         path = (video_in(path) if path.is_dir() else None) or recorded(path, VIDEO)
     declared, own_hz = session_around(path)
-    return video_of(path, declared, own_hz)
+    return video_of(path, declared, fps_hz or own_hz)
 
 
 def _wav(path: Path) -> WavFile:

@@ -1,5 +1,6 @@
 """The devices of a plan: one clock, opened together, and read each in a thread of its own."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -92,6 +93,8 @@ class Devices:
         def give(name: str, things: Callable[[], Iterator[Any]], take: Any) -> None:
             try:
                 for thing in things():
+                    if not math.isfinite(thing.time_s):
+                        raise DeviceError(f"the {name} gave {thing.time_s:g} s for a time")
                     take(thing)
                 if not ended.is_set():
                     raise DeviceError(f"the {name} gave no more")

@@ -1,10 +1,13 @@
 """Whether a run is good enough to be kept: each check yes or no, with what was found."""
 
+from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import av
 import numpy as np
+from numpy.typing import NDArray
 
 from afferents.devices.base import FULL_SCALE, CameraSettings, MicrophoneSettings
 from afferents.devices.picture import picture_of
@@ -65,9 +68,9 @@ class Counts(NamedTuple):
     stored
         Frames in the video.
     lost
-        Numbers of the frames that never came.
+        Numbers of the frames that never came; no more than one above those expected.
     damaged, repeated, late
-        Numbers of such frames.
+        Numbers of such frames, see `count_on`.
     """
 
     expected: int
@@ -80,22 +83,35 @@ class Counts(NamedTuple):
 
 def count_frames(log: Log, settings: CameraSettings, total_s: float) -> Counts:
     """Count what became of the frames, from the driver's numbers, their times and content."""
-    numbers = np.array([row.sequence for row in log.frames], np.int64)
+    numbers = count_on([row.sequence for row in log.frames])
     time_s = np.array([row.time_s for row in log.frames])
     there = set(numbers.tolist())
     between = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
-    again = np.diff(numbers) <= 0
-    gap = np.diff(time_s) * settings.fps_hz > LATE
-    late = numbers[1:][gap & (np.diff(numbers) == 1)]
-    said_again = {row.sequence for row in log.frames if row.repeated}
+    step = np.diff(numbers, prepend=numbers[:1] - 1)
+    gap = np.diff(time_s, prepend=time_s[:1]) * settings.fps_hz > LATE
+    repeated = (step <= 0) | np.array([row.repeated for row in log.frames], bool)
+    damaged = np.array([row.damaged for row in log.frames], bool)
+    expected = round(total_s * settings.fps_hz)
+    lost = (n for n in between if n not in there)
     return Counts(
-        round(total_s * settings.fps_hz),
+        expected,
         sum(row.stored for row in log.frames),
-        tuple(n for n in between if n not in there),
-        tuple(row.sequence for row in log.frames if row.damaged),
-        tuple(sorted(said_again | set(numbers[1:][again].tolist()))),
-        tuple(late.tolist()),
+        tuple(islice(lost, expected + 1)),  # a number that leaps makes no list without end
+        tuple(numbers[damaged].tolist()),
+        tuple(sorted(set(numbers[repeated].tolist()))),
+        tuple(numbers[gap & (step == 1)].tolist()),
     )
+
+
+def count_on(numbers: Sequence[int]) -> NDArray[np.int64]:
+    """Return frame numbers that go on where a counter of 8, 16 or 32 bits begins again at 0.
+
+    It does where a number falls by more than half of the counter's range.
+    """
+    counted = np.array(numbers, np.int64)
+    most = counted.max(initial=0)
+    size = next((2**bits for bits in (8, 16, 32) if most < 2**bits), 0)
+    return counted + size * np.cumsum(np.diff(counted, prepend=counted[:1]) < -size / 2)
 
 
 def check_run(
@@ -117,7 +133,7 @@ def check_run(
         That it was made with, open still.
     """
     camera, microphone = devices.camera.settings, devices.sound
-    checks = [*check_frames(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
+    checks = [*check_frames(counts, plan.tolerance), check_speed(log, plan, speed_mm_s)]
     if microphone is not None:
         checks += _sound(log, plan, microphone)
         checks += _clock(log, plan, camera, microphone)
@@ -149,16 +165,22 @@ def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
     ]
 
 
-def _speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+    """Judge whether the drum held its speed while it was to be steady."""
     begin_s, end_s = (edge + (log.origin_s or 0.0) for edge in plan.steady_s)
-    speeds = [row.speed_mm_s for row in log.drive if begin_s <= row.time_s <= end_s]
-    known = np.array([speed for speed in speeds if np.isfinite(speed)])
-    if not len(known):
+    speeds = np.array([row.speed_mm_s for row in log.drive if begin_s <= row.time_s <= end_s])
+    n_known = int(np.isfinite(speeds).sum())
+    if fault := next((row.fault for row in log.drive if row.fault), None):
+        return Check("speed", False, f"the drive reports a fault: {fault}", "see to the drive")
+    if len(speeds) > n_known == 0:
         return Check("speed", True, "unknown: nothing reads the drum")
+    if n_known < max(1, len(speeds)):
+        found = f"known in {n_known} of {len(speeds)} readings"
+        return Check("speed", False, found, "see to the drive")
     # A tenth of a second together: what is read from one moment to the next is coarse.
-    smooth = np.convolve(known, np.ones(5) / 5, "valid") if len(known) >= 5 else known
+    smooth = np.convolve(speeds, np.ones(5) / 5, "valid") if len(speeds) >= 5 else speeds
     off = float(np.abs(smooth / speed_mm_s - 1).max())
-    found = f"{known.mean():.2f} mm/s of {speed_mm_s:g}, at most {off:.1%} off"
+    found = f"{speeds.mean():.2f} mm/s of {speed_mm_s:g}, at most {off:.1%} off"
     return Check("speed", off <= plan.tolerance.speed, found, "see to the drive, or widen 'speed'")
 
 

@@ -23,7 +23,7 @@ from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.session import RUN, require_same_rates
-from afferents.recordings.audio import reading_sound, sound_name
+from afferents.recordings.audio import WavFile, reading_sound, sound_name
 from afferents.recordings.layouts import AUDIO, VIDEO, recording_folders
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
@@ -246,12 +246,6 @@ def _require_frames(
         )
 
 
-def _sound_info(audio: Path) -> Any:
-    """Return what the header of a sound file says."""
-    with reading_sound(audio):
-        return soundfile.info(sound_name(audio))
-
-
 def _sound_start_s(files: ImportedFiles) -> float:
     return float(files.time_s[0] if files.audio_start_s is None else files.audio_start_s)
 
@@ -260,7 +254,7 @@ def _require_overlap(files: ImportedFiles) -> None:
     """Refuse sound of which nothing was taken while there were frames."""
     if files.audio is None:
         return
-    seconds = _sound_info(files.audio).duration
+    seconds = WavFile(files.audio).header.duration
     start_s, (first_s, last_s) = _sound_start_s(files), files.time_s[[0, -1]]
     if not (start_s <= last_s and start_s + seconds >= first_s):
         found = f"{start_s:.3f} to {start_s + seconds:.3f} s; is --audio-start on their clock?"
@@ -281,7 +275,7 @@ def _write_sound(files: ImportedFiles, target: Path) -> float:
         shutil.copyfile(files.audio, target)
         return start_s
     # read as int16, floats of -1 to 1 would all become 0
-    kind = "float64" if _sound_info(files.audio).subtype in ("FLOAT", "DOUBLE") else "int16"
+    kind = "float64" if WavFile(files.audio).header.subtype in ("FLOAT", "DOUBLE") else "int16"
     with reading_sound(files.audio):
         samples, rate_hz = soundfile.read(sound_name(files.audio), dtype=kind, always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
@@ -299,7 +293,7 @@ def _declare(files: ImportedFiles) -> dict[str, Any]:
         "frame_height": video.height,
     }
     if files.audio is not None:
-        info = _sound_info(files.audio)
+        info = WavFile(files.audio).header
         said |= {
             "sample_rate_hz": info.samplerate,
             "audio_channels": info.channels,

@@ -1,5 +1,6 @@
 """Before a plan: whether devices, light, sound, disk and drive are fit for it."""
 
+import math
 import threading
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from afferents.devices.base import (
     FULL_SCALE,
     Block,
     CameraSettings,
+    DeviceError,
     Frame,
     MicrophoneSettings,
 )
@@ -20,7 +22,7 @@ from afferents.markers.sensor import Sensor
 from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
 from afferents.recorder.devices import Devices
 from afferents.recorder.files import SAMPLE_BYTES
-from afferents.recorder.gate import Check
+from afferents.recorder.gate import Check, count_on
 from afferents.recorder.plan import Plan
 from afferents.recorder.run import WARM_UP
 from afferents.recordings.run_log import SURE
@@ -80,7 +82,10 @@ def check_rate(settings: CameraSettings, frames: list[Frame], plan: Plan) -> Che
         return Check(
             "camera", False, f"{said}, but it gave {len(frames)} frames", "look at its plug"
         )
-    number = np.array([frame.sequence - frames[0].sequence for frame in frames])
+    number = count_on([frame.sequence for frame in frames])
+    number -= number[0]
+    if (np.diff(number) <= 0).any():
+        return Check("camera", False, f"{said}, but its frames repeat numbers", "another camera")
     time_s = np.array([frame.time_s - frames[0].time_s for frame in frames])
     (step_s, _), covariance = np.polyfit(number, time_s, 1, cov=True)
     rate, error = 1 / step_s, covariance[0, 0] ** 0.5 / step_s
@@ -166,8 +171,12 @@ def check_speeds(devices: Devices, plan: Plan) -> list[Check]:
     """Turn the drum at every speed, each from rest, as in a run."""
     checks = []
     for speed_mm_s in sorted(plan.speeds_mm_s):
-        checks.append(_reaches(devices, speed_mm_s, plan))
-        _wait_for_rest(devices, speed_mm_s, plan)
+        try:
+            check = _reaches(devices, speed_mm_s, plan)
+            _wait_for_rest(devices, speed_mm_s, plan)
+        except DeviceError as error:
+            check = Check(f"speed {speed_mm_s:g} mm/s", False, str(error), "see to the drive")
+        checks.append(check)
     return checks
 
 
@@ -175,7 +184,11 @@ def _wait_for_rest(devices: Devices, speed_mm_s: float, plan: Plan) -> None:
     """Wait until a drum that was stopped stands, but no longer than it may need to turn."""
     latest_s = devices.clock.now() + plan.settle_s + _REACHED_S
     still_mm_s = plan.tolerance.speed * speed_mm_s
-    while abs(devices.drive.read().speed_mm_s) > still_mm_s and devices.clock.now() < latest_s:
+    while devices.clock.now() < latest_s:
+        state = devices.drive.read()
+        state.raise_fault()
+        if abs(state.speed_mm_s or 0.0) <= still_mm_s:
+            return
         devices.clock.wait(0.02, threading.Event())
 
 
@@ -183,16 +196,15 @@ def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:
     """Turn the drum at a speed until it is reached."""
     drive, clock = devices.drive, devices.clock
     name = f"speed {speed_mm_s:g} mm/s"
-    begun_s, speeds = clock.now(), []
+    begun_s, speeds = clock.now(), list[float]()
     try:
         drive.start(speed_mm_s)
         while clock.now() - begun_s < plan.settle_s + _REACHED_S:
             state = drive.read()
-            if state.fault is not None:
-                return Check(name, False, f"the drive reports {state.fault}", "see to the drive")
-            if not np.isfinite(state.speed_mm_s):
+            state.raise_fault()
+            if state.speed_mm_s is None and not speeds:
                 return Check(name, True, "unknown: nothing reads the drum")
-            speeds.append(state.speed_mm_s)
+            speeds.append(math.nan if state.speed_mm_s is None else state.speed_mm_s)
             reached = abs(np.mean(speeds[-5:]) / speed_mm_s - 1) <= plan.tolerance.speed
             if len(speeds) >= 5 and reached:
                 seconds = clock.now() - begun_s

@@ -369,7 +369,7 @@ class SimulatedDrive(_OnBench, Drive):
         """Turn."""
         self._bench.set_mm_s = speed_mm_s
 
-    def read(self) -> DriveState:
+    def query(self) -> DriveState:
         """Return where the drum of the film is."""
         now_s, rolled_s, position, speed = self._bench.drum()
         faults = self._bench.faults(self.options)

@@ -1,5 +1,6 @@
 """One run: camera, microphone and drive at once, until it is over or something fails."""
 
+import math
 import queue
 import threading
 from contextlib import closing, nullcontext, suppress
@@ -174,9 +175,9 @@ class Run:
 
     def _note(self, state: DriveState, elapsed_s: float) -> None:
         self._watch.drive(state, self._set_mm_s, elapsed_s)
-        self.log.drive.append(DriveRow(*state[:3], self._set_mm_s, state.fault))
-        if state.fault is not None:
-            raise DeviceError(f"the drive reports a fault: {state.fault}")
+        time_s, *known = (math.nan if value is None else value for value in state[:3])
+        self.log.drive.append(DriveRow(time_s, known[0], known[1], self._set_mm_s, state.fault))
+        state.raise_fault()
 
     def _begin(self, origin_s: float) -> None:
         self.log.origin_s = origin_s

@@ -72,7 +72,7 @@ class Watch:
         self._entry: Entry | None = None
         self._attempt, self._done, self._total = 0, 0, 0
         self._elapsed_s: float | None = None
-        self._drive: tuple[float, float] | None = None
+        self._drive: tuple[float | None, float] | None = None
         self._say, self._ended = "looking at the devices", False
         self._notes: deque[str] = deque(maxlen=_NOTES)
         self._waiting, self._answer = False, ""

@@ -22,6 +22,11 @@ _TOO_LONG = re.compile(r"^(?:data : (\d+) \(should|  Data size : (\d+))", re.MUL
 _A_SAMPLE = re.compile(r"^  Block Align +: (\d+)", re.MULTILINE)
 """What libsndfile notes of a wav whose data are longer than the file (or of any of more than 4 GB),
 and of the bytes of a sample in all channels (of a compressed one, of a block of many)."""
+_AFTER = re.compile(r"(?:Unknown chunk|Have 0) marker.* at position (\d+)")
+"""What libsndfile notes where a wav goes on after the data that it declares, with no chunk."""
+_STRAY, _STRAY_BYTES = 0.01, 2048
+"""Share of a file that such bytes may be, and how many in any case: recorders that fill up their
+blocks, or end before they note the last one in the header, leave some."""
 _UNKNOWN = 2**63 - 1
 """Samples that libsndfile tells of a FLAC that was written to a pipe."""
 _OPEN = 0xFFFFFFFF
@@ -77,10 +82,18 @@ class WavFile:
         Raises
         ------
         InputError
-            If the file is missing, unreadable, shorter than it declares, or holds no samples.
+            If the file is missing, unreadable, shorter or longer than it declares, or holds no
+            samples.
         """
         with reading_sound(self.path):
             info = soundfile.info(sound_name(self.path))
+        after, size = _AFTER.search(info.extra_info), self.path.stat().st_size
+        if after and (rest := size - int(after[1])) > max(_STRAY * size, _STRAY_BYTES):
+            raise InputError(
+                f"{self.path}: expected a wav whose header says how long it is, found {rest} bytes "
+                f"after the {info.frames} samples that it declares; close the header: ffmpeg "
+                f"-ignore_length 1 -i {self.path.name} OUT.wav"
+            )
         if info.frames == 0:
             raise InputError(f"{self.path}: expected a sound file with samples, found none in it")
         if info.frames == _UNKNOWN:

@@ -65,7 +65,10 @@ class BlockRow(NamedTuple):
 
 
 class DriveRow(NamedTuple):
-    """What the drive said, and the speed that it was asked for."""
+    """What the drive answered, and the speed that it was given.
+
+    NaN is what nothing measures; where an answer is impossible, `fault` says why.
+    """
 
     time_s: float
     position_mm: float

@@ -35,15 +35,13 @@ class Drum:
     """The physics of a drum and its motor.
 
     It comes to a new speed as 1 - exp(-t / inertia_s), which swings by the share `ripple` so often
-    a turn; at full duty it turns at `fastest_mm_s`, whatever was computed; and it stops when it has
-    heard nothing for `watchdog_s`.
+    a turn; and it stops when it has heard nothing for `watchdog_s`.
     """
 
     inertia_s: float = 0.1
     ripple: float = 0.01
     ripples_a_turn: float = 7.0
     circumference_mm: float = 300.0
-    fastest_mm_s: float = 230.0
     watchdog_s: float = 0.5
     clock: Callable[[], float] = time.monotonic
 
@@ -139,14 +137,14 @@ class SimulatedDrum:
         """Return the answer to a line; None for none."""
         verb, _, rest = text.partition(" ")
         drum = self.drum
-        if verb in ("speed", "duty"):
+        if verb == "speed":
             try:
                 value = float(rest)
             except ValueError:
                 return "what"
             if drum.fault is None:
-                drum.aim_mm_s = value * (drum.fastest_mm_s if verb == "duty" else 1.0)
-            return f"{verb} {value:.5f}"
+                drum.aim_mm_s = value
+            return f"speed {value:.5f}"
         if verb == "stop":
             drum.aim_mm_s = 0.0
         elif verb == "clear":

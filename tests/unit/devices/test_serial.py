@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from dialects import ODrive
-from simulated_drum import Drum, SimulatedDrum, until
+from simulated_drum import SimulatedDrum, until
 
 from afferents.devices import SerialDrive
 from afferents.devices.drives.line import frame_line, read_template, unframe_line
-from afferents.devices.drives.serial_drive import SpeedFromPosition, SpeedLoop
+from afferents.devices.drives.serial_drive import SpeedFromPosition
 from afferents.errors import InputError
 
 pytestmark = pytest.mark.system  # devices keep real time
@@ -33,24 +33,6 @@ def test_lost_bytes_never_become_wrong_numbers():
 def test_a_port_is_ours_alone():
     with SimulatedDrum() as drum, drive_at(drum), pytest.raises(InputError, match="and free"):
         drive_at(drum).open()
-
-
-@pytest.mark.parametrize("inertia_s", [0.02, 0.1, 0.5])
-@pytest.mark.parametrize("gain", [0.6, 1.0, 1.6])
-def test_our_loop_holds_a_speed_whatever_the_motor(inertia_s, gain):
-    """Read 20 times a second, with a motor far from what was said of it."""
-    now = [0.0]
-    drum = Drum(inertia_s, 0.0, fastest_mm_s=gain * 200, clock=lambda: now[0])
-    loop = SpeedLoop(1 / 200)
-    drum.aim_mm_s = loop.aim(50.0) * drum.fastest_mm_s
-    speeds = []
-    for step in range(1, 161):
-        now[0] = step * 0.05
-        drum.heard()
-        drum.aim_mm_s = loop.step(now[0], drum.speed_mm_s) * drum.fastest_mm_s
-        speeds.append(drum.speed_mm_s)
-    np.testing.assert_allclose(speeds[-40:], 50, rtol=0.01)
-    assert max(speeds) < 100
 
 
 def test_speed_is_the_slope_of_the_positions():

@@ -368,3 +368,35 @@ def test_the_page_tells_what_is_lost_from_what_was_never_there():
     n_lost = np.count_nonzero(drawn == LOST)
     assert n_lost == 1
     assert np.count_nonzero(drawn == 1) == covered(row, column).sum() - n_lost
+
+
+@pytest.mark.parametrize("rate_hz", [FPS, FPS * 140 / 180])  # or the average of what is left
+@pytest.mark.parametrize("lost", ["singles", "bursts"])
+def test_lost_frames_are_counted_by_the_times_of_the_others(squares, lost, rate_hz):
+    missing = {
+        "singles": set(np.random.default_rng(1).choice(range(20, 179), 40, False).tolist()),
+        "bursts": {first + n for first in (40, 70, 100, 140) for n in range(10)},
+    }[lost]
+    still = squares[0.0]
+    seen = [CameraFrame(Frame(n / FPS, still), 0.0) for n in range(180) if n not in missing]
+    pipeline = LivePipeline.without_models([Played(seen, rate_hz=rate_hz)])
+    last = list(run([Played(seen, rate_hz=rate_hz)], pipeline))[-1]
+    assert (last.counters.frames, last.counters.dropped) == (140, 40)
+
+
+@pytest.mark.parametrize("offset_s", [math.inf, -math.inf, math.nan])
+def test_an_offset_of_the_clocks_that_is_no_number_is_refused(moving, offset_s):
+    with pytest.raises(InputError, match="--audio-offset-ms: expected a number of ms, found"):
+        LivePipeline.without_models([Played(pictures(moving))], audio_offset_s=offset_s)
+
+
+def test_images_are_played_at_the_rate_that_is_given(moving, tmp_path):
+    for number, image in enumerate(moving[:12]):
+        cv2.imwrite(str(tmp_path / f"{number:03}.png"), image)
+    with pytest.raises(InputError, match="the rate at which the images were taken, found none"):
+        images_of(str(tmp_path), None)
+    following = images_of(str(tmp_path), None, 10.0)
+    (source,) = open_sources(str(tmp_path), None, Wanted(), math.inf, fps_hz=10.0)
+    assert source.rate_hz == 10
+    pipeline = LivePipeline.without_models([source], following)
+    assert [p.time_s for p in run([source], pipeline)][-1] == pytest.approx(12 / 10)

@@ -102,3 +102,35 @@ def test_every_speed_is_reached_from_rest():
     assert first.passes
     assert second.describe().startswith("NO   speed 100 mm/s: reached after 1.5")
     assert devices.drive.speed_mm_s < 5  # at rest before the first run
+
+
+@pytest.mark.parametrize(
+    ("answers", "found"),
+    [
+        ([(None, None)], "unknown: nothing reads the drum"),
+        ([(60.0, None), (None, None)], "nan mm/s at last"),
+        ([(60.0, None)] * 3 + [(math.nan, "its speed is nan")], "a fault: its speed is nan"),
+        # Reached, and broken while the drum comes to rest.
+        ([(60.0, None)] * 6 + [(50.0, "its speed is nan")], "a fault: its speed is nan"),
+    ],
+)
+def test_a_drive_that_answers_once_or_wrongly_is_refused(answers, found):
+    clock = Clock()
+    left = list(answers)
+
+    def read():
+        speed, fault = left.pop(0) if len(left) > 1 else left[0]
+        return DriveState(clock.now(), None, speed, fault)
+
+    drive = SimpleNamespace(start=lambda speed: None, stop=lambda: None, read=read)
+    devices = SimpleNamespace(clock=clock, drive=drive)
+    (check,) = check_speeds(devices, planned().model_copy(update={"speeds_mm_s": (60,)}))
+    assert check.found.endswith(found)
+    assert check.passes == found.startswith("unknown")
+
+
+def test_a_camera_whose_frames_have_one_number_is_refused():
+    seen = [frame._replace(sequence=0) for frame in frames(90)]
+    assert checked(90.0, seen).found.endswith("but its frames repeat numbers")
+    seen = [frame._replace(sequence=(frame.sequence + 200) % 256) for frame in frames(90)]
+    assert checked(90.0, seen).passes

@@ -87,14 +87,42 @@ def test_a_wav_that_was_cut_off_is_not_a_shorter_one(tmp_path, form, subtype):
             file.read()
 
 
-@pytest.mark.parametrize("length", [0, 0xFFFFFFFF])
-def test_a_wav_of_unknown_length_is_what_is_in_it(tmp_path, length):
-    path = write(tmp_path / "a.wav")
+def resized(path, length):
     content = bytearray(path.read_bytes())
     assert content[36:40] == b"data"
+    content[4:8] = struct.pack("<I", min(length + 36, 0xFFFFFFFF))
     content[40:44] = struct.pack("<I", length)
     path.write_bytes(content)
-    assert not length or WavFile(path).n_samples == 1000
+
+
+def test_a_wav_that_says_that_its_end_is_unknown_is_what_is_in_it(tmp_path):
+    path = write(tmp_path / "a.wav")
+    resized(path, 0xFFFFFFFF)
+    assert WavFile(path).n_samples == 1000
+
+
+@pytest.mark.parametrize("silent", [False, True])
+@pytest.mark.parametrize("declared", [0, 5000])
+def test_a_wav_that_declares_less_than_there_is_is_refused(tmp_path, declared, silent):
+    """Its header was never closed, or lies."""
+    path = write(tmp_path / "a.wav", n=10_000)
+    if silent:
+        path.write_bytes(path.read_bytes()[:44] + bytes(40_000))
+    resized(path, 4 * declared)
+    found = rf"\d+ bytes after the {declared} samples that it declares; .* -ignore_length 1"
+    with pytest.raises(InputError, match=found):
+        WavFile(path).read()
+    with pytest.raises(InputError, match=found):
+        read_table(path, Signal())
+
+
+@pytest.mark.parametrize(
+    "end", [b"\1", bytes(30), b"LIST" + struct.pack("<I", 4) + b"INFO", b"TAG" + b"x" * 125]
+)
+def test_a_little_after_the_samples_is_passed_over(tmp_path, end):
+    path = write(tmp_path / "a.wav")
+    path.write_bytes(path.read_bytes() + end)
+    assert WavFile(path).read().sizes["audio_time"] == 1000
 
 
 def test_chunks_before_the_data_are_passed_over(tmp_path):

@@ -126,7 +126,7 @@ class DynamixelDrive(Drive):
         self._write1(WATCHDOG, WATCHDOG_UNITS)
         self._write4(GOAL_SPEED, round(speed_mm_s / self._mm_a_turn / TURNS_A_COUNT))
 
-    def read(self) -> DriveState:
+    def query(self) -> DriveState:
         """Return its state; hearing of it keeps its watchdog quiet."""
         state = self._state()
         time_s = (self._asked_s + time.monotonic()) / 2

@@ -166,7 +166,7 @@ class Question(StrictForm):
 class Template(StrictForm):
     """How one make of drives is spoken to.
 
-    Lines may hold ``{value}``: the speed in the drive's unit (or our loop's output).
+    Lines may hold ``{value}``: the speed in the drive's unit.
 
     Attributes
     ----------
@@ -193,10 +193,10 @@ class Template(StrictForm):
         Questions, asked in this order.
     no_fault
         What the group ``fault`` holds if there is none.
+    no_position
+        What the group ``position`` holds before the drive knows it, such as before an index pulse.
     feed
         Lines at each read while it turns: they keep its watchdog quiet, or say its speed again.
-    control
-        ``drive`` closes the loop over speed itself; of ``duty`` we do.
     """
 
     name: str
@@ -212,8 +212,8 @@ class Template(StrictForm):
     taken: re.Pattern[str] | None = None
     read: tuple[Question, ...] = Field(min_length=1)
     no_fault: str = "0"
+    no_position: str | None = None
     feed: tuple[str, ...] = ()
-    control: Literal["drive", "duty"] = "drive"
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:

@@ -1,4 +1,4 @@
-"""Speed: from positions, and held by a loop of ours where the drive does not."""
+"""A drive on a serial line, spoken to by a template; and speed from positions."""
 
 import atexit
 import math
@@ -19,8 +19,8 @@ from afferents.errors import InputError
 
 WINDOW_S = 0.25
 """Speed is the slope of the positions of so long."""
-_PROPORTIONAL, _INTEGRAL_HZ = 0.5, 5.0
-"""Shares of the error that our loop answers at once, and in a second."""
+LEAST_S = 0.02
+"""In less the slope is that of single counts."""
 
 
 class SpeedFromPosition:
@@ -31,52 +31,16 @@ class SpeedFromPosition:
         self._seen: deque[tuple[float, float]] = deque()
 
     def read(self, time_s: float, position_mm: float) -> float:
-        """Take in a position; return the speed, mm/s; 0 of the first."""
+        """Take in a position; return the speed, mm/s; 0 before `LEAST_S` are over."""
         self._seen.append((time_s, position_mm))
         while len(self._seen) > 2 and self._seen[1][0] <= time_s - WINDOW_S:
             self._seen.popleft()
         times, positions = np.array(self._seen).T
+        if times[-1] - times[0] < LEAST_S:
+            return 0.0
         times = times - times.mean()
-        spread = float((times**2).sum())
-        return float((times * positions).sum() / spread) if spread > 0 else 0.0
+        return float((times * positions).sum() / (times**2).sum())
 
-
-class SpeedLoop:
-    """Feed-forward, proportional and integral part; the output stays within -1 and 1.
-
-    Parameters
-    ----------
-    duty_a_mm_s
-        Duty that turns the drum at 1 mm/s, roughly.
-    """
-
-    def __init__(self, duty_a_mm_s: float) -> None:
-        """Stand still."""
-        self._duty_a_mm_s = duty_a_mm_s
-        self.aim(0.0)
-
-    def aim(self, speed_mm_s: float) -> float:
-        """Begin anew with another speed; return the duty to begin with."""
-        self._aim_mm_s, self._sum_mm_s = speed_mm_s, 0.0
-        self._last_s: float | None = None
-        return self._duty(speed_mm_s)
-
-    def step(self, time_s: float, speed_mm_s: float) -> float:
-        """Return the duty from now on, by the speed that was measured."""
-        error = self._aim_mm_s - speed_mm_s
-        gone_s = 0.0 if self._last_s is None else min(time_s - self._last_s, 0.2)
-        self._last_s = time_s
-        summed = self._sum_mm_s + _INTEGRAL_HZ * error * gone_s
-        asked = self._aim_mm_s + _PROPORTIONAL * error + summed
-        if abs(asked * self._duty_a_mm_s) < 1:  # at its end it must not sum up further
-            self._sum_mm_s = summed
-        return self._duty(asked)
-
-    def _duty(self, speed_mm_s: float) -> float:
-        return float(np.clip(speed_mm_s * self._duty_a_mm_s, -1, 1))
-
-
-# A drive on a serial line, spoken to by a template.
 
 TIMES = 3
 """A stop is sent so often where nothing says that it was taken."""
@@ -103,8 +67,6 @@ class SerialOptions(Options):
         Whether the drum is to turn the other way.
     lowest_mm_s, highest_mm_s
         Speeds that it can hold.
-    duty_a_mm_s
-        For our loop: share of full drive (0 to 1) that turns the drum at 1 mm/s, roughly.
     wait_s
         How long it may take to answer first: many boards restart when their port is opened.
     """
@@ -118,16 +80,11 @@ class SerialOptions(Options):
     reversed: bool = False
     lowest_mm_s: Annotated[float, Field(ge=0)] = 1.0
     highest_mm_s: Amount = 200.0
-    duty_a_mm_s: Amount = 0.005
     wait_s: Annotated[float, Field(ge=0, le=60)] = 5.0
 
 
 class SerialDrive(Drive):
-    """A drive on a serial line; reading it keeps it turning.
-
-    Where it is only given a duty, the loop over its speed is closed at each `read`, which must
-    then come at least 20 times a second.
-    """
+    """A drive on a serial line; reading it keeps it turning."""
 
     Options = SerialOptions
 
@@ -153,7 +110,6 @@ class SerialDrive(Drive):
         self._turning, self._value = False, "0"
         # Read in one thread, stopped from another: one speaks on the line at a time.
         self._speaking = threading.RLock()
-        self._loop = SpeedLoop(options.duty_a_mm_s) if self.template.control == "duty" else None
 
     def open(self) -> None:
         """Open the port, prepare the drive, and see that it answers.
@@ -175,12 +131,14 @@ class SerialDrive(Drive):
             self._say(template.open)
             self._say(template.stop)
             self._measured = SpeedFromPosition()
-            self.read()
+            state = self.query()
+            if why := self.limits.find_impossible(state):
+                raise DeviceError(state.fault or why)
         except DeviceError as error:
             self.close()
             raise InputError(
                 f"drive at {options.port}: expected one that speaks as {template.name}, found "
-                "none that answers so; look at its port, power, baud and template"
+                f"none that answers so ({error}); look at its port, power, baud and template"
             ) from error
         except BaseException:
             self.close()
@@ -193,10 +151,11 @@ class SerialDrive(Drive):
             self._turning = True
             self._guard.beat(self._turning)
             self._say(self.template.prepare)
-            self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
+            self._value = f"{speed_mm_s / self._mm:.5f}"
+            self._say([line.replace("{value}", self._value) for line in self.template.start])
 
-    def read(self) -> DriveState:
-        """Return its state; feed its watchdog, and our loop."""
+    def query(self) -> DriveState:
+        """Return its state; feed its watchdog."""
         with self._speaking:
             self._guard.beat(self._turning)
             line = self._require_line()
@@ -209,10 +168,7 @@ class SerialDrive(Drive):
                 if "position" in groups:
                     time_s = (line.asked_s + time.monotonic()) / 2
                 found |= groups
-            state = self._interpret(found, time_s)
-            if self._loop and self._turning and state.fault is None:
-                self._set(self._loop.step(state.time_s, state.speed_mm_s))
-            return state
+            return self._interpret(found, time_s)
 
     def stop(self) -> None:
         """Stop the drum; never raises."""
@@ -243,11 +199,6 @@ class SerialDrive(Drive):
             raise DeviceError(f"drive at {self.options.port}: it is not open")
         return self._line
 
-    def _set(self, speed_or_duty: float) -> None:
-        a_unit = self._mm if self._loop is None else math.copysign(1, self._mm)
-        self._value = f"{speed_or_duty / a_unit:.5f}"
-        self._say([line.replace("{value}", self._value) for line in self.template.start])
-
     def _say(self, lines: list[str] | tuple[str, ...]) -> None:
         line = self._require_line()
         for text in lines:
@@ -257,15 +208,17 @@ class SerialDrive(Drive):
                 line.ask(text, self.template.taken)
 
     def _interpret(self, found: dict[str, str], time_s: float) -> DriveState:
+        position_mm = speed_mm_s = None
         try:
-            position_mm = float(found["position"]) * self._mm
-            measured = self._measured.read(time_s, position_mm)
-            speed_mm_s = float(found["speed"]) * self._mm if "speed" in found else measured
+            if found["position"] != self.template.no_position:
+                position_mm = float(found["position"]) * self._mm
+                if math.isfinite(position_mm):
+                    speed_mm_s = self._measured.read(time_s, position_mm)
+            if "speed" in found:
+                speed_mm_s = float(found["speed"]) * self._mm
         except ValueError as error:
-            raise DeviceError(
-                f"drive at {self.options.port}: its answer is no number "
-                f"({re.sub(r'.*: ', '', str(error))}); correct the template"
-            ) from error
+            why = f"no number: {re.sub(r'.*: ', '', str(error))}; correct the template"
+            return DriveState(time_s, math.nan, math.nan, f"impossible answer: {why}")
         fault = found.get("fault")
         fault = None if fault == self.template.no_fault else fault
         return DriveState(time_s, position_mm, speed_mm_s, fault)
