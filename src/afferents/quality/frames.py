@@ -34,14 +34,12 @@ def mean_change(sample: GreyImage, other: GreyImage | None) -> float:
 
 
 def mean_motion(sample: GreyImage, other: GreyImage | None) -> float:
-    """Return by how much pixels differ beyond a common change of light, which a lamp's flicker is.
-
-    Grey levels, as `mean_change`; 0 where all pixels grow lighter, or all darker.
-    """
-    change = mean_change(sample, other)
-    if other is None or np.isnan(change):
-        return change
-    return change - abs(cv2.sumElems(sample)[0] - cv2.sumElems(other)[0]) / sample.size
+    """Return `mean_change` of pictures of equal light: a lamp that flickers moves nothing."""
+    if other is not None and (before := cv2.sumElems(other)[0]) > 0:
+        other = np.asarray(
+            cv2.convertScaleAbs(other, alpha=cv2.sumElems(sample)[0] / before), np.uint8
+        )
+    return mean_change(sample, other)
 
 
 # A camera that stalls and gives its picture again: frames that equal the one before to the bit.

@@ -11,7 +11,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 """What is refused, unless `--accept` names it."""
 Noted = Literal[
     "knocked", "gaps", "uneven", "stalled", "doubled", "damaged", "faint", "overexposed", "blurred",
-    "silent", "clipped",
+    "silent", "clipped", "turned",
 ]  # fmt: skip
 """What is named, and kept: learning from it is a choice."""
 MOST_NAMED = 3

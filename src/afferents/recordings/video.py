@@ -411,4 +411,17 @@ class Footage:
 
     def find_issues(self, steady_s: tuple[float, float] | None = None) -> list[QualityIssue]:
         """Find what is wrong with the pictures decoded, while the drum slides (s)."""
-        return self.figures.find_issues(self.path, steady_s)
+        return [*self.figures.find_issues(self.path, steady_s), *_find_turn(self.path)]
+
+
+def _find_turn(path: Path) -> list[QualityIssue]:
+    """Find a container's wish that its pictures be shown turned, which is not followed."""
+    if path.is_dir() or not path.exists():
+        return []
+    with _opened(path) as container:
+        turn_deg = next((frame.rotation for frame in container.decode(video=0)), 0)
+    if turn_deg == 0:
+        return []
+    found = f"a flag to show them turned by {turn_deg} degrees, which is not followed"
+    cause = "x and y are those of the pictures as they are stored"
+    return [QualityIssue("turned", path, "pictures without a flag", found, cause)]
