@@ -4,8 +4,9 @@ import errno
 import hashlib
 import json
 import os
+import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePath
 from typing import Any
@@ -219,6 +220,42 @@ def size_of(path: Path) -> int:
 def is_hidden(path: PurePath) -> bool:
     """Tell whether one of a path's names begins with a dot, as of what systems leave behind."""
     return any(part.startswith(".") for part in path.parts)
+
+
+def walk(folder: Path, above: tuple[Path, ...] = ()) -> Iterator[tuple[Path, list[Path]]]:
+    """Yield a folder and those below it, each with its files; hidden ones are left out.
+
+    Links to folders are followed, but none to a folder that the walk is in.
+
+    Raises
+    ------
+    OSError
+        If a folder can't be read.
+    """
+    above = (*above, folder.resolve())
+    there = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    inner = [path for path in there if path.is_dir()]
+    yield folder, [path for path in there if path not in inner]
+    for path in inner:
+        if path.resolve() not in above:
+            yield from walk(path, above)
+
+
+def safe_names(names: Iterable[str]) -> dict[str, str]:
+    """Return for each name one without slashes and colons, for a file or an object in one.
+
+    >>> safe_names(["a/b_c", "a_b/c"])
+    {'a/b_c': 'a_b_c', 'a_b/c': 'a_b_c-2'}
+    """
+    found: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        plain = safe = re.sub("[/:]", "_", name)
+        number = 1
+        while safe in found.values():
+            number += 1
+            safe = f"{plain}-{number}"
+        found[name] = safe
+    return found
 
 
 def _files_of(path: Path) -> list[Path]:

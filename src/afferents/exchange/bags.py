@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError, reading
 from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
-from afferents.files import Place, write_aside, write_json
+from afferents.files import Place, safe_names, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound, sound_name
@@ -92,16 +92,15 @@ def export_mcap(
         expected = "one recording, named with --recording"
         raise InputError(f"--percepts: expected {expected}, found {len(found)}")
     said = [] if percepts is None else _lines(Path(percepts))
-    make, folders = Messages(types), []
+    make, folders = Messages(types), safe_names(found)
     predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in said]
     with Progress(quiet) as progress, write_aside(out) as partial:
         partial.mkdir(parents=True)
         for name, one in progress.track(found.items(), "exporting", len(found)):
-            folders.append(name.replace("/", "_").replace(":", "_"))
             messages = [*_messages(make, one, quality), predictions]
-            _write(partial / folders[-1], types, messages, name)
+            _write(partial / folders[name], types, messages, name)
         write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
-    return [out / folder for folder in folders]
+    return [out / folder for folder in folders.values()]
 
 
 class Stamped(NamedTuple):

@@ -158,7 +158,11 @@ def _failures(
             others = len(session.recordings) > 1
             raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
-    for sentence in (*notes_of(extraction.out).sentences, *_speedless(session)):
+    for sentence in (
+        *notes_of(extraction.out).sentences,
+        *_speedless(session),
+        *session.left_out(),
+    ):
         progress.note(sentence)
     return failed
 

@@ -16,7 +16,7 @@ from afferents.markers.sensor import Sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.quality.sound import find_sound_issues, measure_level, require_finite
-from afferents.recordings.audio import WavFile
+from afferents.recordings.audio import WavFile, sound_within
 from afferents.recordings.check import video_facts
 from afferents.recordings.session_file import rate_in
 from afferents.recordings.video import Footage, VideoWithProgress, open_clip
@@ -63,7 +63,7 @@ def inspect_video(
     why = f"The sensor file given is '{sensor.name}'." if sensor else ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
-    found.sentences.append(why)
+    found.sentences += [why, *sound_within([path])]
     watched = VideoWithProgress(video, progress)
     footage = Footage(watched)
     tracks = track_markers(footage, sensor)

@@ -13,11 +13,10 @@ from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.described import DATA_SET_FILE, Described
 from afferents.recordings.guess import (
-    NEARLY_ALL,
     Guess,
     guess_data_set,
-    guess_pattern,
     guess_recordings,
+    guess_rule,
     tables_in,
 )
 from afferents.recordings.layouts import published
@@ -25,7 +24,7 @@ from afferents.recordings.media import Pattern, is_sound, media_in, named
 from afferents.recordings.session import read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
-from afferents.store.recording import RecordingSet
+from afferents.store.recording import RecordingSet, require_utf8
 
 MARK = "written by 'afferents init'"
 _STRAY = "Files whose names do not follow this pattern are left out"
@@ -53,7 +52,7 @@ def _first_data_set(folder: Path, force: bool) -> FirstSession:
     _require_free(target, "a description of a data set", force)
     lines, said = guess_data_set(folder, tables_in(folder))
     write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
-    return FirstSession(target, [*said, _outcome_of_tables(folder)])
+    return FirstSession(target, [*said, *_outcome_of_tables(folder)])
 
 
 def _require_free(target: Path, what: str, force: bool) -> None:
@@ -67,16 +66,18 @@ def _head(what: str) -> list[str]:
     ]
 
 
-def _outcome_of_tables(folder: Path) -> str:
-    """Say what it reads as, or what is still to be mended."""
+def _outcome_of_tables(folder: Path) -> list[str]:
+    """Say what it reads as, and leaves out, or what is still to be mended."""
     try:
-        session = Described(folder).recordings()
+        data_set = Described(folder)
+        session = data_set.recordings()
         for recording in session.recordings[:1]:
             if recording.audio is not None:
                 recording.audio.read()
     except InputError as error:
-        return f"To be mended before it can be learnt from: {error}."
-    return f"{grid_sentence(session)} Check all with 'afferents inspect'."
+        return [f"To be mended before it can be learnt from: {error}."]
+    grid = f"{grid_sentence(session)} Check all with 'afferents inspect'."
+    return [*data_set.left_out(session), grid]
 
 
 MOST_NAMED = 30
@@ -87,13 +88,15 @@ def grid_sentence(session: RecordingSet) -> str:
     """Say of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
-    names = ", ".join(session.textures[:MOST_NAMED]) + ", ..." * (
-        len(session.textures) > MOST_NAMED
-    )
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
-        f"({names}) at {at}."
+        f"({some_of(session.textures)}) at {at}."
     )
+
+
+def some_of(names: Sequence[str]) -> str:
+    """Return the first names, and dots where there are more."""
+    return ", ".join([*names[:MOST_NAMED], *["..."] * (len(names) > MOST_NAMED)])
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
     found = _look(folder)
     lines, sentences = _written(found)
     write_text(target, "\n".join(lines) + "\n")
-    return FirstSession(target, [*sentences, *_doubts(found), _outcome(folder)])
+    return FirstSession(target, [*sentences, *_doubts(found), *_outcome(folder)])
 
 
 def _look(folder: Path) -> _Found:
@@ -194,6 +197,8 @@ def _look(folder: Path) -> _Found:
         )
     rates, lengths, broken = {}, {}, {}
     media = [_as_named(folder, path) for path in paths]
+    for name in media:
+        require_utf8(name)
     for name, path in zip(media, paths, strict=True):
         if path.is_dir() or is_sound(path):
             continue
@@ -230,7 +235,7 @@ def _written(found: _Found) -> tuple[list[str], list[str]]:
         sentences = ["Recordings lie in the published layout, <texture>/<speed>/video.mp4."]
         return [*head, *_common(found, {})], sentences
     own, names = _own_sensors(found), videos or found.readable
-    pattern = guess_pattern(names) or guess_pattern(names, NEARLY_ALL)
+    pattern = guess_rule(names)
     if pattern and not own and not found.broken:
         lines, sentences = _by_pattern(found, pattern, names)
         return [*head, *lines, "", *_common(found, own)], sentences
@@ -254,10 +259,9 @@ def _by_pattern(found: _Found, pattern: str, names: Sequence[str]) -> tuple[list
     sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     if "{speed}" not in pattern:
         sentences = [f"Guessed from the names: {pattern}; no name says a speed."]
-    stray = [Path(name) for name in names if Pattern(pattern).values(name.rstrip("/")) is None]
-    if stray:
+    if any(Pattern(pattern).values(name.rstrip("/")) is None for name in names):
         lines.insert(2, f"# {_STRAY}.")
-        sentences.append(f"{_STRAY}: {named(Path(), stray)}. Rename what is to be a recording.")
+        sentences.append(f"{_STRAY}. Rename what is to be a recording.")
     sounds = [path for path in found.media if is_sound(Path(path))]
     if sounds and not is_sound(Path(names[0])):
         stem = pattern.rstrip("/") if pattern.endswith("/") else pattern.rpartition(".")[0]
@@ -351,10 +355,10 @@ def _doubts(found: _Found) -> Iterator[str]:
         yield "No sensor file lies here: make one with 'afferents calibrate' and name it as sensor."
 
 
-def _outcome(folder: Path) -> str:
-    """Say what the session file reads as, or what is still to be mended."""
+def _outcome(folder: Path) -> list[str]:
+    """Say what the session file reads as, and leaves out, or what is still to be mended."""
     try:
         session = read_session(folder)
     except InputError as error:
-        return f"To be mended before it is a session: {error}."
-    return grid_sentence(session)
+        return [f"To be mended before it is a session: {error}."]
+    return [grid_sentence(session), *session.left_out()]

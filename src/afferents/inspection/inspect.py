@@ -32,7 +32,7 @@ from afferents.inspection.files import (
     inspect_video,
     inspect_wav,
 )
-from afferents.inspection.init import MOST_NAMED, grid_sentence
+from afferents.inspection.init import grid_sentence, some_of
 from afferents.markers.sensor import Sensor, sensor_in, sensors_of
 from afferents.markers.track import rest_positions
 from afferents.outputs import require_free, require_pictures_free
@@ -315,8 +315,7 @@ def table_sentences(session: RecordingSet) -> list[str]:
         for name, value in recording.conditions.items():
             values.setdefault(name, set()).add(str(value))
     said = [
-        f"{name}: {', '.join(sorted(its, key=natural_order)[:MOST_NAMED])}"
-        for name, its in sorted(values.items())
+        f"{name}: {some_of(sorted(its, key=natural_order))}" for name, its in sorted(values.items())
     ]
     recording, file = files[0]
     with suppress(InputError):

@@ -3,12 +3,14 @@
 import os
 import re
 import sys
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import av
 import numpy as np
 import soundfile
 import xarray as xr
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError, reading
 from afferents.quality.sound import require_finite
+from afferents.recordings.media import SOUNDS
 
 _TOO_LONG = re.compile(r"^(?:data : (\d+) \(should|  Data size : (\d+))", re.MULTILINE)
 _A_SAMPLE = re.compile(r"^  Block Align +: (\d+)", re.MULTILINE)
@@ -40,7 +43,23 @@ def sound_name(path: Path) -> str | bytes:
 
 def reading_sound(path: Path) -> AbstractContextManager[None]:
     """Say in a sentence that names the file what libsndfile raises; see `errors.reading`."""
-    return reading(path, "a readable sound file", soundfile.SoundFileError)
+    do = "" if path.suffix.lower() in SOUNDS else as_wav(path)
+    return reading(path, "a readable sound file", soundfile.SoundFileError, do=do)
+
+
+def as_wav(path: Path) -> str:
+    """Say how sound in a format that is not read becomes a file that is."""
+    return f"'ffmpeg -i {path.name} -vn {path.stem}.wav' writes sound that is read"
+
+
+def sound_within(videos: Sequence[Path]) -> list[str]:
+    """Say how many videos hold sound, which is not read from them; nothing where none does."""
+    found = []
+    for path in videos:
+        with suppress(av.FFmpegError, OSError), av.open(f"file:{path}") as container:
+            found += [path] if container.streams.audio else []
+    of = f"{len(found)} of {len(videos)} videos hold" if len(videos) > 1 else "The video holds"
+    return [f"{of} sound, which is left out: {as_wav(found[0])}."] if found else []
 
 
 def _declared(noted: str) -> int:

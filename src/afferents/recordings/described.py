@@ -9,6 +9,7 @@ from typing import Any
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
+from afferents.recordings.media import left_out
 from afferents.recordings.series import (
     SeriesFile,
     column_sentences,
@@ -16,7 +17,7 @@ from afferents.recordings.series import (
     unchecked_sentences,
 )
 from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
-from afferents.store.recording import Recording, RecordingSet
+from afferents.store.recording import Recording, RecordingSet, as_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
@@ -103,12 +104,21 @@ class Described(DataSet):
                     rate_hz = series.sample_rate_hz
             recordings.append(self._recording(series, said))
         self._require_distinct(recordings)
+        require_distinct(self.path, (one.texture for one in recordings), ())
         return RecordingSet(self.root, tuple(recordings))
 
     def describe(self, session: RecordingSet) -> list[str]:
         """Say what the clock rests on, and which columns are channels where none is named."""
         files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
-        return (resampling_sentences(files) or unchecked_sentences(files)) + column_sentences(files)
+        clocks = resampling_sentences(files) or unchecked_sentences(files)
+        return [*clocks, *column_sentences(files), *self.left_out(session)]
+
+    def left_out(self, session: RecordingSet) -> list[str]:
+        """Say which files, of the endings of those that are read, are not read."""
+        taken, files = [path for one in session.recordings for path in one.files], self.form.files
+        where = "" if files.folders == (".",) else f" in {' or '.join(files.folders)}"
+        why = f"not of '{files.pattern or files.regex}'{where}"
+        return left_out(self.root, taken, {path.suffix.lower() for path in taken}, why)
 
     def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
         """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""
@@ -131,7 +141,7 @@ class Described(DataSet):
         return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
     def _recording(self, series: SeriesFile, values: Mapping[str, str]) -> Recording:
-        files, said = self.form.files, dict(values)
+        files, said = self.form.files, {k: as_label(text) for k, text in values.items()}
         for name, words in files.words.items():
             said[name] = words.get(said[name], said[name])
         speed = files.speed_mm_s

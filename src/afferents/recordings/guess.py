@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from afferents.errors import InputError
-from afferents.files import is_hidden
+from afferents.files import walk
 from afferents.recordings import series
 from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
 from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, find_dialect, read_columns
@@ -20,10 +20,12 @@ from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, find_d
 TRIAL = "trial"
 _PATTERNS = (
     *("{texture}/{speed}/{trial}", "{texture}/{speed}_{trial}", "{texture}/{trial}/{speed}"),
-    *("{texture}_{speed}_{trial}", "{texture}/{speed}", "{texture}_{speed}"),
+    *("{texture}/{trial}_{speed}", "{texture}_{speed}_{trial}", "{texture}_{trial}_{speed}"),
+    *("{texture}/{speed}", "{texture}_{speed}"),
     *("{texture}/{trial}", "{texture}_{trial}"),
 )
-"""Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`."""
+"""Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`; first those
+with a speed that does not only count, as trials do."""
 _JOINTS = "_- "
 _SAID = (
     *("{speed}mms", "{speed}mm_s", "{speed}mm-s", "{speed}mmps", "{speed} mm_s"),
@@ -33,6 +35,14 @@ _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
+_DATE = (
+    r"(?<!\d)(?:19|20)\d\d(?:[01]\d[0-3]\d(?:[-_ T]?[0-2]\d[0-5]\d(?:[0-5]\d)?)?"
+    r"|(?P<joint>[-_.])[01]\d(?P=joint)[0-3]\d"
+    r"(?:[-_ T][0-2]\d(?:(?P=joint)|[-.h])?[0-5]\d(?:(?:(?P=joint)|[-.h])?[0-5]\d)?)?)(?!\d)"
+)
+"""A date, alone or with a time of day: 20241027, 2024-10-27-14-30-05."""
+_NUMBERED_END = re.compile(r"(.+[_\- ])[A-Za-z]*(\d+(?:\.\d+)?)[A-Za-z]*")
+_FASTEST_MM_S = 1e4
 NEARLY_ALL = 0.8
 """Share of names: so few others are strays."""
 
@@ -59,26 +69,33 @@ def guess_pattern(paths: Sequence[str], share: float = 1.0) -> str | None:
         Of them, at least, that must fit. If not all must, the pattern says the speed by a word or
         a unit.
     """
-    ends = {_end(path) for path in paths}
-    if len(ends) != 1:
+    if len({_end(path).lower() for path in paths}) != 1:
         return None
-    end = ends.pop()
-    undated = [_DATE.sub("date", path) for path in paths]
-    for speed, text, joint in product(_SPEEDS if share == 1 else _SAID, _PATTERNS, _JOINTS):
-        if speed != _SPEEDS[-1] and "{speed}" not in text:
+    speeds = _SPEEDS if share == 1 else _SAID
+    for strict, speed, text, joint in product((True, False), speeds, _PATTERNS, _JOINTS):
+        if "{speed}" not in text and (strict or speed != _SPEEDS[-1]):
             continue
-        wanted = text.replace("_", joint).replace("{speed}", speed) + end
-        fit = (_fits(Pattern(wanted), some, share, speed in _SAID) for some in (undated, paths))
-        if all(fit):
+        wanted = text.replace("_", joint).replace("{speed}", speed) + _end(paths[0])
+        if _fits(Pattern(wanted), paths, share, speed in _SAID, strict):
             return wanted
     return None
+
+
+def guess_rule(paths: Sequence[str]) -> str | None:
+    """Return the pattern that nearly all paths fit, by `guess_pattern` or by parts of the names."""
+    return (
+        guess_pattern(paths)
+        or _labelled(paths)
+        or _by_parts(paths)
+        or guess_pattern(paths, NEARLY_ALL)
+    )
 
 
 def _end(path: str) -> str:
     return "/" if path.endswith("/") else Path(path).suffix
 
 
-def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool) -> bool:
+def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool, strict: bool) -> bool:
     """Tell whether a pattern fits so many of the paths, with numbers where numbers should be.
 
     Parameters
@@ -87,6 +104,8 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool) -> b
         Of the paths, at least.
     said
         Whether the names say by a word or a unit which number is the speed.
+    strict
+        Whether speeds that only count are refused; else they may, if trials do as well.
     """
     try:
         found = [pattern.values(path.rstrip("/")) for path in paths]
@@ -95,18 +114,36 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool) -> b
     values = [one for one in found if one is not None]
     if len(values) < share * len(paths):
         return False
-    if TRIAL in pattern.names:
-        return all(_NUMBERED.fullmatch(one[TRIAL]) for one in values)
-    if said:
+    textures = {one[TEXTURE] for one in values}
+    if any(re.search(_DATE, texture) for texture in textures) or _hold_conditions(textures):
+        return False
+    if TRIAL in pattern.names and not all(_NUMBERED.fullmatch(one[TRIAL]) for one in values):
+        return False
+    if SPEED not in pattern.names or said:
         return True
-    by_texture: dict[str, list[float]] = {}
+    by_texture: dict[str, set[float]] = {}
     for one in values:
-        by_texture.setdefault(one[TEXTURE], []).append(float(one[SPEED]))
-    every = sorted({number for numbers in by_texture.values() for number in numbers})
-    return not (_counts(every) or all(_counts(numbers) for numbers in by_texture.values()))
+        by_texture.setdefault(one[TEXTURE], set()).add(float(one[SPEED]))
+    every = set().union(*by_texture.values())
+    trials = {float(re.sub(r"\D", "", one[TRIAL])) for one in values if TRIAL in one}
+    may_count = not strict and trials and _counts(trials)
+    return max(every) <= _FASTEST_MM_S and (
+        may_count or not (_counts(every) or all(map(_counts, by_texture.values())))
+    )
 
 
-def _counts(numbers: Sequence[float]) -> bool:
+def _hold_conditions(textures: Collection[str]) -> bool:
+    """Tell whether textures end in a condition: several words, each with the same numbers."""
+    numbers: dict[str, set[str]] = {}
+    for texture in textures:
+        if (ending := _NUMBERED_END.fullmatch(texture)) is None:
+            return False
+        numbers.setdefault(ending[1], set()).add(ending[2])
+    first, *others = numbers.values()
+    return len(first) > 1 and bool(others) and all(one == first for one in others)
+
+
+def _counts(numbers: Collection[float]) -> bool:
     """Tell whether numbers only count: 1, 2, 3 are trials rather than speeds."""
     first = min(numbers)
     return first in (0, 1) and sorted(numbers) == [first + n for n in range(len(numbers))]
@@ -139,13 +176,12 @@ TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5"})
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
 _TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")
-_BETWEEN = re.compile(r"([_\- /]+)")
+_BETWEEN = "_- /"
+_PART = re.compile(rf"(?:^|(?<=[_\- /])){_DATE}(?=[_\- /]|$)|[^_\- /]+|[_\- /]+")
 _WITH_UNIT = re.compile(r"(?P<word>[A-Za-z]*)\d+(?:\.\d+)?(?P<unit>[A-Za-z/]*)")
 _MM_S = re.compile(r"mmp?s")
 _UNITS = {"N": "force", "mN": "force", "g": "force", "kPa": "pressure", "deg": "direction"}
 """What a number of such a unit is called; another is called trial."""
-_DATE = re.compile(r"(?:19|20)\d\d([-_.]?)[01]\d\1[0-3]\d(?:[-_.T ]*[0-5]\d){0,3}(?![\dA-Za-z])")
-"""A day, and perhaps a time: their numbers are no speeds."""
 _MOST_DROPPED = 0.25
 """Share of rows; where more repeat a time or go back, the times are no clock."""
 _SHORT_S = 5.0
@@ -153,16 +189,16 @@ _SHORT_S = 5.0
 
 def tables_in(folder: Path) -> list[Path]:
     """Return the tables below a folder, of the kind that most are of; hidden ones never."""
-    there = [p for p in folder.rglob("*") if p.suffix.lower() in TABLES and p.is_file()]
-    shown = [p for p in there if not is_hidden(p.relative_to(folder))]
-    usual = Counter(path.suffix for path in shown).most_common(1)
-    return sorted(path for path in shown if path.suffix == usual[0][0])
+    files = (path for _, files in walk(folder) for path in files)
+    shown = [path for path in files if path.suffix.lower() in TABLES and path.is_file()]
+    usual = Counter(path.suffix.lower() for path in shown).most_common(1)
+    return sorted(path for path in shown if path.suffix.lower() == usual[0][0])
 
 
 def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     """Return the lines of a `dataset.toml`, and sentences on what was guessed."""
     names = [path.relative_to(folder).as_posix() for path in tables]
-    pattern = guess_pattern(names) or _labelled(names) or _by_parts(names) or _plainest(names)
+    pattern = guess_rule(names) or _plainest(names)
     said = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
     if f"{{{SPEED}}}" in pattern:
@@ -182,8 +218,7 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
 
 def _labelled(names: Sequence[str]) -> str | None:
     """Return the pattern of names that differ in their numbers alone, those after words named."""
-    end = Path(names[0]).suffix
-    stems = [name.removesuffix(end) for name in names]
+    end, stems = _end(names[0]), [_bare(name) for name in names]
     if len({_NUMBER.sub("#", stem) for stem in stems}) > 1:
         return None
     texts, numbers = _NUMBER.split(stems[0]), _NUMBER.findall(stems[0])
@@ -201,22 +236,40 @@ def _by_parts(names: Sequence[str]) -> str | None:
 
     ``denim_015mms_1N_take1.csv`` is ``{texture}_{speed}mms_{force}N_take{take}.csv``.
     """
-    end = Path(names[0]).suffix
-    cut = [_BETWEEN.split(name.removesuffix(end)) for name in names]
-    if len({tuple(parts[1::2]) for parts in cut}) > 1:
+    cut = [
+        ["", *(part[0] for part in _PART.finditer(_bare(name)))] for name in names
+    ]  # between separators, both
+    cut = [parts[1:] if parts[1][0] not in _BETWEEN else parts for parts in cut]
+    if len({tuple(parts[1::2]) for parts in cut}) > 1 or not len(cut[0]) % 2:
         return None
-    pattern: list[str] = []
-    for column in zip(*(parts[::2] for parts in cut), strict=True):
-        pattern.append(_part(column, "".join(pattern)))
-    between = cut[0][1::2]
-    found = "".join(a + b for a, b in zip(pattern, [*between, end], strict=True))
-    return found if f"{{{TEXTURE}}}" in found and f"{{{SPEED}}}" in found else None
+    columns = list(zip(*(parts[::2] for parts in cut), strict=True))
+    fast = [n for n, column in enumerate(columns) if _is_fast(column)]
+    for chosen in (None, *fast[: len(fast) == 1]):
+        pattern: list[str] = []
+        for n, column in enumerate(columns):
+            speed = f"{{{SPEED}}}" if n == chosen else None
+            pattern.append(speed or _part(column, "".join(pattern)))
+        ends = [*cut[0][1::2], _end(names[0])]
+        found = "".join(a + b for a, b in zip(pattern, ends, strict=True))
+        if f"{{{TEXTURE}}}" in found and f"{{{SPEED}}}" in found:
+            return found
+    return None
+
+
+def _is_fast(column: Sequence[str]) -> bool:
+    """Tell whether the parts are numbers that may be speeds and do more than count."""
+    if len(set(column)) == 1 or not all(map(_NUMBER.fullmatch, column)):
+        return False
+    numbers = set(map(float, column))
+    return max(numbers) <= _FASTEST_MM_S and not _counts(numbers)
 
 
 def _part(column: Sequence[str], before: str) -> str:
     """Return what stands for one part of all names: itself, a named number, or a word."""
     if len(set(column)) == 1:
         return column[0]
+    if all(re.fullmatch(_DATE, text) for text in column):
+        return "{date}"
     numbers = [_WITH_UNIT.fullmatch(text) for text in column]
     around = {(one["word"], one["unit"]) for one in numbers if one}
     if not all(numbers) or len(around) > 1:

@@ -1,5 +1,6 @@
 """Where a session's recordings are: in the published layout, or as its session file says."""
 
+import glob
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -27,7 +28,7 @@ from afferents.recordings.session_file import (
     session_file,
 )
 from afferents.recordings.video import VideoFile
-from afferents.store.recording import Recording, Video
+from afferents.store.recording import Recording, Video, as_label, require_utf8
 
 # The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
 #
@@ -193,9 +194,9 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         )
     for path, values in found:
         file = path.relative_to(root).as_posix()
-        beside = sound.filled(values) if sound else None
-        if beside is not None and not (root / beside).is_file():
-            beside = None  # whether all have sound is asked of all together
+        require_utf8(file)
+        # Whether all have sound is asked of all together.
+        beside = _in_any_case(root, sound.filled(values)) if sound else None
         heard = is_sound(path)
         speed = abs(float(values[SPEED])) if SPEED in values else None
         if speed == 0:
@@ -213,9 +214,20 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         )
 
 
+def _in_any_case(root: Path, file: str) -> str | None:
+    """Return a file, or one whose ending differs from it in capitals alone; None for none."""
+    wanted = root / file
+    if wanted.is_file():
+        return file
+    for path in wanted.parent.glob(f"{glob.escape(wanted.stem)}.*"):
+        if path.suffix.lower() == wanted.suffix.lower():
+            return path.relative_to(root).as_posix()
+    return None
+
+
 def _label(path: Path, text: str) -> str:
     try:
-        return require_label(text)
+        return require_label(as_label(text))
     except ValueError as error:
         raise InputError(f"{path}: expected {error!s}, found '{text}'; rename the file") from error
 

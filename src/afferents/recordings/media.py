@@ -2,7 +2,7 @@
 
 import glob
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,8 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from afferents.errors import InputError, then
-from afferents.files import is_hidden
+from afferents.errors import InputError, reason_of, then
+from afferents.files import is_hidden, walk
 from afferents.store.recording import Frame, GreyImage, natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
@@ -142,8 +142,12 @@ def _read(path: Path) -> GreyImage:
 # Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
-SOUNDS = frozenset({".wav", ".flac", ".ogg", ".rf64"})
+SOUNDS = frozenset(
+    {".wav", ".flac", ".ogg", ".rf64", ".w64", ".aif", ".aiff", ".au", ".caf", ".mp3", ".opus"}
+)
 """Endings that are taken for videos and for sound; a file that is named may end otherwise."""
+OTHER_SOUNDS = frozenset({".m4a", ".aac", ".amr", ".wma"})
+"""Endings of sound that libsndfile can't read."""
 
 _NAMED = 3
 
@@ -167,10 +171,11 @@ def _is_numbered(path: Path) -> bool:
     return path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
 
 
-def media_in(root: Path) -> list[Path]:
-    """Return all videos and sound files below a folder, and folders of numbered images, in order.
+def media_in(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:
+    """Return all files of these endings below a folder, in order.
 
-    Hidden folders are not looked into.
+    Where they are those of videos, folders of numbered images count as such.
+    Hidden folders are not looked into, and no folder is entered from within itself.
 
     Raises
     ------
@@ -181,21 +186,23 @@ def media_in(root: Path) -> list[Path]:
     def order(path: Path) -> list[tuple[float, str]]:
         return [natural_order(part) for part in path.relative_to(root).parts]
 
-    return sorted(_media_in(root), key=order)
+    found: list[Path] = []
+    for folder, files in walk(root):
+        found += [path for path in files if path.suffix.lower() in endings]
+        if endings & VIDEOS and sum(map(_is_numbered, files)) > 1:
+            found.append(folder)
+    return sorted(found, key=order)
 
 
-def _media_in(folder: Path) -> Iterator[Path]:
-    images = 0
-    for path in folder.iterdir():
-        if path.name.startswith("."):
-            continue
-        if path.is_dir():
-            yield from _media_in(path)
-        elif is_video(path) or is_sound(path):
-            yield path
-        images += _is_numbered(path)
-    if images > 1:
-        yield folder
+def left_out(root: Path, taken: Iterable[Path], endings: Set[str], why: str) -> list[str]:
+    """Say which files below a folder are not among those that are read, and why; see `media_in`."""
+    known = {path.resolve() for path in taken}
+    try:
+        paths = [path for path in media_in(root, endings) if path.resolve() not in known]
+    except OSError as error:
+        return [f"Files may be left out: {error.filename} can't be read ({reason_of(error)})."]
+    files = "1 file is" if len(paths) == 1 else f"{len(paths)} files are"
+    return [f"{files} left out: {named(root, paths)}; {why}."] if paths else []
 
 
 def named(root: Path, paths: Collection[Path]) -> str:
@@ -231,7 +238,7 @@ class Pattern:
     """
 
     def __init__(self, text: str, where: Path | str = "pattern") -> None:
-        self.text, self.where = text, where
+        self.text, self.where, self._suffix = text, where, ""
         self.names = [name for name, star in _PART.findall(text) if not star]
         parts, names = Path(text).parts, self.names
         open_brace = re.search(r"[{}]", _PART.sub("", text))
@@ -247,17 +254,21 @@ class Pattern:
         ):
             if wrong:
                 raise InputError(f"{where}: expected a pattern {expected}, found '{text}'; {do}")
+        # Whatever the case of its ending: recorders write .WAV as well as .wav.
+        self._stem, suffix = text.rstrip("/"), Path(text).suffix
+        if not re.search(r"[{}*]", suffix):
+            self._stem, self._suffix = self._stem.removesuffix(suffix), suffix
         self._short, self._long = (re.compile(self._regex(lazy)) for lazy in ("?", ""))
 
     def _regex(self, lazy: str) -> str:
         """Return the regular expression; names take as little as can be if `lazy`, else as much."""
         made, end = "", 0
-        for part in _PART.finditer(self.text.rstrip("/")):
-            made += re.escape(self.text[end : part.start()])
+        for part in _PART.finditer(self._stem):
+            made += re.escape(self._stem[end : part.start()])
             form = _FORMS.get(part[1], rf"[^/]+{lazy}")
             made += rf"[^/]*{lazy}" if part[2] else f"(?P<{part[1]}>{form})"
             end = part.end()
-        return made + re.escape(self.text.rstrip("/")[end:])
+        return made + re.escape(self._stem[end:]) + f"(?i:{re.escape(self._suffix)})"
 
     def values(self, path: str) -> Mapping[str, str] | None:
         """Return what the names stand for in a path; None if it is none of the pattern.
@@ -283,7 +294,8 @@ class Pattern:
     def paths_in(self, root: Path) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the paths in a folder that it fits, with what its names stand for."""
         is_folder = self.text.endswith("/")
-        literal = [glob.escape(text) for text in _PART.sub("\n", self.text.rstrip("/")).split("\n")]
+        literal = [glob.escape(text) for text in _PART.sub("\n", self._stem).split("\n")]
+        literal += [""] if self._suffix else []
         found = []
         for path in sorted(root.glob(re.sub(r"\*+", "*", "*".join(literal)))):
             inner = path.relative_to(root)

@@ -13,6 +13,7 @@ import numpy as np
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
+from afferents.recordings.audio import as_wav, sound_within
 from afferents.recordings.check import (
     RATE_TOLERANCE,
     ClipFile,
@@ -30,7 +31,7 @@ from afferents.recordings.layouts import (
     reference_in,
     video_of,
 )
-from afferents.recordings.media import media_in, named
+from afferents.recordings.media import OTHER_SOUNDS, SOUNDS, VIDEOS, left_out, media_in, named
 from afferents.recordings.session_file import (
     SESSION_TOML,
     ListedRecording,
@@ -40,6 +41,7 @@ from afferents.recordings.session_file import (
     rate_in,
     session_file,
 )
+from afferents.recordings.video import VideoFile
 from afferents.store.recording import Recording, RecordingSet, natural_order, require_distinct
 from afferents.store.responses import Responses
 
@@ -167,14 +169,20 @@ class Session(RecordingSet):
 
     declared: SessionFile = field(default_factory=SessionFile)
 
-    @property
-    def unused(self) -> list[Path]:
-        """Videos, sound and folders of images that lie in the folder and are not used."""
-        used = {path.resolve() for recording in self.recordings for path in recording.files}
-        if self.reference is not None:
-            used.add(self.reference.path.resolve())
-        there = media_in(self.root)
-        return [path for path in there if path.resolve() not in used]
+    def left_out(self) -> list[str]:
+        """Say what lies in the folder, or within its videos, and is not read, and why."""
+        used = [path for recording in self.recordings for path in recording.files]
+        used += [self.reference.path] if self.reference else []
+        videos = [r.video.path for r in self.recordings if isinstance(r.video, VideoFile)]
+        declared, why = self.declared, f"not called <texture>/<speed>/{VIDEO} or {AUDIO}"
+        if declared.names_files:
+            of = f"of the pattern '{declared.pattern}'" if declared.pattern else "listed"
+            why = f"not {of} in {declared.file}"
+        return [
+            *left_out(self.root, used, VIDEOS | SOUNDS, why),
+            *left_out(self.root, used, OTHER_SOUNDS, as_wav(Path("NAME"))),
+            *sound_within(videos),
+        ]
 
     def resolve(self) -> "Session":
         """Return it with paths that are found from anywhere."""
@@ -278,9 +286,7 @@ class PublishedSession(DataSet):
             sentences.append(
                 f"There is no {REFERENCE}; it is needed only by the published tracker."
             )
-        if unused := session.unused:
-            sentences.append(f"Found but not used: {named(session.root, unused)}.")
-        return sentences
+        return sentences + session.left_out()
 
 
 def read_session(root: str | Path, fps_hz: float | None = None) -> Session:

@@ -21,6 +21,7 @@ from pydantic import (
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 from afferents.forms import StrictForm
+from afferents.store.recording import as_label
 from afferents.store.responses import Steady
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
@@ -28,7 +29,9 @@ _LONGEST = 100
 
 
 def _text_of(label: Any) -> Any:
-    """Return a number as the text that names a folder."""
+    """Return a number as the text that names a folder, and text as names are compared."""
+    if isinstance(label, str):
+        return as_label(label)
     return f"{label:.15g}" if type(label) in (int, float) else label
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -13,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.files import checksum
 
 LETTERS = "abcdefghijklm"
@@ -141,6 +142,19 @@ class Recording:
     rest_frame: int | None = None
     named_by_spacing: bool = False
 
+    def __post_init__(self) -> None:
+        """Bring texture and conditions into the form that names are compared in.
+
+        Raises
+        ------
+        InputError
+            If a name is not in UTF-8.
+        """
+        require_utf8(f"{self.name}, {self.texture}")
+        one_form = {k: as_label(v) if isinstance(v, str) else v for k, v in self.conditions.items()}
+        object.__setattr__(self, "texture", as_label(self.texture))
+        object.__setattr__(self, "conditions", one_form)
+
     @property
     def fps_hz(self) -> float | None:
         """Nominal frame rate of the video, Hz; the true frame times come with the frames."""
@@ -208,6 +222,27 @@ NEARLY = 1e-3
 """Speeds closer than this share of one another are one speed, written in two ways."""
 
 
+def as_label(text: str) -> str:
+    """Return a name in the form that names are compared in: composed (NFC), blanks folded."""
+    return " ".join(unicodedata.normalize("NFC", text).split())
+
+
+def require_utf8(name: str) -> None:
+    """Refuse a name of a file or folder that a store and TOML can't hold.
+
+    Raises
+    ------
+    InputError
+        If some of its bytes are not UTF-8.
+    """
+    try:
+        name.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(
+            f"{name}: expected a name in UTF-8, found other bytes; rename it"
+        ) from error
+
+
 def require_distinct(
     where: Path | str, textures: Iterable[str], speeds: Iterable[tuple[str, float]]
 ) -> None:
@@ -221,11 +256,12 @@ def require_distinct(
     Raises
     ------
     InputError
-        Naming both, such as the textures ``3`` and ``3.0``, or the speeds ``40`` and ``40.0``.
+        Naming both, such as the textures ``3`` and ``3.0``, or ``Felt`` and ``felt``, or the speeds
+        ``40`` and ``40.0``.
     """
     named: dict[tuple[float, str], str] = {}
     for texture in sorted(set(textures)):
-        other = named.setdefault(natural_order(texture), texture)
+        other = named.setdefault(natural_order(texture.lower()), texture)
         if other != texture:
             raise _one_twice(where, "texture", other, texture)
     for (slow, one), (fast, other) in pairwise(sorted((v, name) for name, v in set(speeds))):
@@ -234,9 +270,11 @@ def require_distinct(
 
 
 def _one_twice(where: Path | str, kind: str, one: str, other: str) -> InputError:
+    do = "rename one as the other"
+    if one.lower() == other.lower():
+        do += ", or, if they are two, so that more than capitals differ"
     return InputError(
-        f"{where}: expected each {kind} under one name, found {one} and {other}; rename one as "
-        "the other"
+        f"{where}: expected each {kind} under one name, found {one} and {other}{then(do)}"
     )
 
 

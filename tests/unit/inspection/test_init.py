@@ -1,5 +1,6 @@
 """The first session.toml or dataset.toml that `afferents init` writes, and what it reads as."""
 
+import os
 import tomllib
 
 import cv2
@@ -93,8 +94,39 @@ def test_a_stray_name_among_many_is_left_out_and_named(folder):
     root = folder(*names, "at rest.avi")
     made = afferents.init_session(root)
     assert tomllib.loads(made.path.read_text())["pattern"] == "{texture}_{speed}mms.avi"
-    assert "this pattern are left out: at rest.avi. Rename" in said(made)
+    assert "left out: at rest.avi; not of the pattern '{texture}_{speed}mms.avi'" in said(made)
     assert len(afferents.read_session(root).recordings) == 4
+
+
+def test_clips_whose_names_have_parts_are_described_by_a_rule(folder):
+    root = folder(
+        *(f"{t}-{n}N-{v}mmps.avi" for t in ("felt", "silk") for n in (1, 2) for v in (20, 40))
+    )
+    pattern = "{texture}-{force}N-{speed}mmps.avi"
+    assert tomllib.loads(afferents.init_session(root).path.read_text())["pattern"] == pattern
+    assert len(afferents.read_session(root).recordings) == 8
+
+
+def test_endings_in_capitals_are_of_the_pattern_and_tables_of_no_rule_are_named(tables):
+    names = ["felt_20mmps.csv", "felt_40mmps.CSV", "silk_20mmps.csv", "silk_40mmps.csv"]
+    root = tables([*names, "silk-60mmps.csv"], EVEN_S)
+    made = afferents.init_session(root)
+    assert "1 file is left out: silk-60mmps.csv; not of '{texture}_{speed}mmps.csv'" in said(made)
+    data_set = data_set_of(root)
+    session = data_set.recordings()
+    assert sorted(one.source.name for one in session.recordings) == names
+    assert data_set.describe(session)[-1].startswith("1 file is left out: silk-60mmps.csv")
+
+
+def test_names_that_are_no_utf8_are_refused(tmp_path, fails):
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    folder.mkdir()
+    soundfile.write(os.fsencode(folder / "20.wav"), np.zeros(80), 8000)
+    assert "expected a name in UTF-8, found other bytes; rename it" in fails("init", tmp_path)
+    for pattern in ("{texture}/{speed}.wav", "*/{texture}.wav"):
+        (tmp_path / "session.toml").write_text(f'pattern = "{pattern}"\n')
+        with pytest.raises(InputError, match="expected a name in UTF-8"):
+            afferents.read_session(tmp_path)
 
 
 def test_images_are_asked_for_their_rate(tmp_path):

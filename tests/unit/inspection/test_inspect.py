@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from afferents.inspection.files import draw_vibration
+from afferents.inspection.init import some_of
 from afferents.inspection.inspect import inspect, too_short_sentences
 
 HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
@@ -15,6 +16,11 @@ HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for 
 @pytest.fixture
 def look(tmp_path):
     return lambda source: inspect(str(source), tmp_path / "out", quiet=True)
+
+
+def test_names_that_are_not_all_shown_end_in_dots():
+    assert some_of(["1", "2"]) == "1, 2"
+    assert some_of([str(n) for n in range(31)]).endswith("28, 29, ...")
 
 
 def test_every_broken_slide_is_named(look, tmp_path):

@@ -110,9 +110,14 @@ def test_vibration_that_is_no_sound_is_a_series_that_keeps_its_unit(unit, kind):
     vibration = xr.DataArray(np.zeros((50, 1)), dims=("sample", "channel"), attrs=about)
     responses = xr.Dataset({"ra2": vibration}, attrs={"name": "1/20"})
     nwbfile = pynwb.NWBFile("signals", "id", datetime(2026, 1, 1, tzinfo=UTC))
-    add_sounds(nwbfile, [Laid(responses, 0.0)])
+    add_sounds(nwbfile, [Laid("1_20", responses, 0.0)])
     series = nwbfile.acquisition["sound_1_20"]
     assert (type(series).__name__, series.unit) == (kind, unit)
+
+
+def test_names_that_become_equal_without_slashes_stay_apart():
+    recordings = [xr.Dataset(attrs={"name": name}) for name in ("a/b_c", "a_b/c", "a:b")]
+    assert [one.name for one in laid_out(recordings)] == ["a_b_c", "a_b_c-2", "a_b"]
 
 
 def test_conditions_are_columns_of_one_kind():

@@ -1,10 +1,12 @@
 """What names of files say of texture, speed and trial is guessed right, or not at all."""
 
+from itertools import product
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.recordings.guess import guess_data_set, guess_pattern
+from afferents.recordings.guess import guess_data_set, guess_pattern, guess_rule
 from afferents.recordings.media import Pattern
 from afferents.recordings.tables import find_dialect
 
@@ -25,12 +27,46 @@ from afferents.recordings.tables import find_dialect
         (["velvet.avi", "v2.avi"], None),
         (["felt_2024-10-27-14-05-20.csv", "silk_2024-10-27-14-06-40.csv"], None),
         (["felt_20241027_140520.csv", "silk_20241027_140640.csv"], None),
-        (["felt_2024-10-27_10mms.csv", "silk_2024-10-28_20mms.csv"], "{texture}_{speed}mms.csv"),
-        (["felt_2024-10-27/20.csv", "silk_2024-10-28/40.csv"], "{texture}/{speed}.csv"),
     ],
 )
 def test_patterns_of_names(names, pattern):
     assert guess_pattern(names) == pattern
+
+
+@pytest.mark.parametrize(
+    ("form", "pattern"),
+    [
+        ("{t}_{v}_{k}.wav", "{texture}_{speed}_{trial}.wav"),
+        ("{t}_{k}_{v}.wav", "{texture}_{trial}_{speed}.wav"),
+        ("{t}/{k}/{v}.wav", "{texture}/{trial}/{speed}.wav"),
+        ("{t}/{k}_{v}.wav", "{texture}/{trial}_{speed}.wav"),
+        ("{t}_trial{k}_{v}mmps.wav", "{texture}_{trial}_{speed}mmps.wav"),
+        ("{t}_20241027_{v}_{k:02}.wav", "{texture}_20241027_{speed}_{trial}.wav"),
+        ("2024-10-27_{t}_{v}_{k}/", "2024-10-27_{texture}_{speed}_{trial}/"),
+        ("{t}_2024-10-2{k}_14-30-0{k}_{v}.wav", "{texture}_{date}_{speed}.wav"),
+        ("{t}-2024-10-27-14-30-{v}-{k}.wav", None),
+        ("{t}_2024-10-27-14-30-{v}.wav", None),
+        ("{v}_{t}_{k}.wav", "{speed}_{texture}_{trial}.wav"),
+        ("{t}_a_{k}_{v}.wav", "{texture}_a_{trial}_{speed}.wav"),
+    ],
+)
+def test_trials_and_dates_are_not_taken_for_speeds(form, pattern):
+    grid = product(("felt", "wool"), (20, 30, 40), (1, 2, 3))
+    assert guess_rule([form.format(t=t, v=v, k=k) for t, v, k in grid]) == pattern
+
+
+def test_dates_are_conditions():
+    names = ["felt_2024-10-27_10mms.csv", "silk_2024-10-28_20mms.csv"]
+    assert guess_rule(names) == "{texture}_{date}_{speed}mms.csv"
+    names = ["felt_2024-10-27/20.csv", "silk_2024-10-28/40.csv"]
+    assert guess_rule(names) == "{texture}_{date}/{speed}.csv"
+
+
+def test_slow_speeds_before_as_many_trials_stay_speeds():
+    names = [f"felt_{v}_{k}.wav" for v in (1, 2, 3) for k in (1, 2)]
+    assert guess_rule(names) == "{texture}_{speed}_{trial}.wav"
+    names = [f"{t}_{k}_{v}.wav" for t in ("soft_felt", "wool") for k in (1, 2) for v in (20, 30)]
+    assert guess_rule(names) is None  # a part more or less: no pattern reads them
 
 
 @settings(max_examples=60, deadline=None)

@@ -4,15 +4,20 @@ import json
 from hashlib import sha256
 from pathlib import Path
 
+import av
 import numpy as np
 import pandas as pd
 import pytest
+import soundfile
 import xarray as xr
 
 import afferents
 from afferents.errors import InputError
+from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording
-from afferents.recordings.media import ImageFolder, Pattern
+from afferents.recordings.described import Described
+from afferents.recordings.guess import tables_in
+from afferents.recordings.media import ImageFolder, Pattern, media_in
 from afferents.recordings.session import recordings_of, require_rates_that_agree
 from afferents.recordings.session_file import session_file
 from afferents.recordings.video import VideoFile
@@ -62,7 +67,10 @@ def test_a_pattern_gives_ids_speeds_and_conditions(empty):
     second = session.recordings[1]
     assert (second.texture, second.speed_mm_s, second.steady_s) == ("felt", 20.0, (0.5, 2.0))
     assert second.conditions == {"trial": "2"}
-    assert [path.name for path in session.unused] == ["notes.avi"]
+    assert session.left_out()[0] == (
+        "1 file is left out: notes.avi; not of the pattern '{texture}/{speed}_{trial}.avi' in "
+        "session.toml."
+    )
 
 
 def test_a_sign_of_a_speed_says_a_direction(empty):
@@ -80,7 +88,7 @@ def test_a_pattern_without_speed_and_with_sound(empty):
     assert [r.name for r in session.recordings] == ["felt/low", "silk/low"]
     assert session.speeds_mm_s == ()
     assert [r.audio.path.name for r in session.recordings] == ["felt_low.wav", "silk_low.wav"]
-    assert session.unused == []
+    assert session.left_out() == []
     (root / "s/silk_low.wav").unlink()
     with pytest.raises(InputError, match=r"audio in every condition or in none, .* silk/low"):
         afferents.read_session(root)
@@ -203,7 +211,7 @@ def test_repetitions_other_containers_and_images_in_the_published_layout(empty):
     assert [r.name for r in session.recordings] == ["3/20/1", "3/20/2", "felt/20"]
     assert session.recordings[1].conditions == {"direction": "+x", "repetition": "2"}
     assert session.recordings[2].video == ImageFolder(root / "felt/20/video", 30.0)
-    assert [path.name for path in session.unused] == ["x.avi"]
+    assert "x.avi; not called <texture>/<speed>/video.mp4 or audio.wav" in session.left_out()[0]
     (root / "3/20/1/video.mkv").touch()
     with pytest.raises(InputError, match=r"one video, found video\.avi and video\.mkv"):
         afferents.read_session(root)
@@ -218,7 +226,77 @@ def test_what_is_found_but_is_no_session_is_said(empty):
         afferents.read_session(root)
     (root / "session.toml").write_text('[[recordings]]\nvideo = "lego.avi"\ntexture = "lego"\n')
     said = afferents.recordings.session.PublishedSession(root)
-    assert said.describe(said.recordings()) == ["Found but not used: a/b.wav, concrete.avi."]
+    assert said.describe(said.recordings()) == [
+        "2 files are left out: a/b.wav, concrete.avi; not listed in session.toml."
+    ]
+
+
+def test_sound_that_is_not_read_is_named_within_videos_and_in_other_formats(tmp_path):
+    path = tmp_path / "felt_20.mp4"
+    with av.open(str(path), "w") as container:
+        video, sound = container.add_stream("mpeg4", rate=30), container.add_stream("aac", 44100)
+        video.width = video.height = 32
+        video.pix_fmt, sound.layout = "yuv420p", "mono"
+        picture = av.VideoFrame.from_ndarray(np.zeros((32, 32), np.uint8), format="gray")
+        noise = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), "fltp", "mono")
+        noise.sample_rate = 44100
+        for stream, frame in ((video, picture), (sound, noise)):
+            container.mux([*stream.encode(frame), *stream.encode(None)])
+    (tmp_path / "felt_20.m4a").touch()
+    (tmp_path / "session.toml").write_text('pattern = "{texture}_{speed}.mp4"\n')
+    beside, within = afferents.read_session(tmp_path).left_out()
+    assert beside.startswith("1 file is left out: felt_20.m4a; 'ffmpeg -i")
+    assert within == (
+        "The video holds sound, which is left out: 'ffmpeg -i felt_20.mp4 -vn felt_20.wav' writes "
+        "sound that is read."
+    )
+    with pytest.raises(InputError, match=r"readable sound file, .*; 'ffmpeg -i felt_20\.mp4"):
+        WavFile(path).read()
+
+
+def test_sound_of_other_formats_and_endings_in_capitals_is_read(tmp_path, write_video):
+    for name, ending, form in (("felt", "AIFF", "AIFF"), ("silk", "aiff", "AIFF")):
+        write_video(tmp_path / f"{name}_20.avi")
+        soundfile.write(tmp_path / f"{name}_20.{ending}", np.zeros(800), 8000, format=form)
+    toml = 'pattern = "{texture}_{speed}.AVI"\naudio_pattern = "{texture}_{speed}.aiff"\n'
+    (tmp_path / "session.toml").write_text(toml)
+    session = afferents.read_session(tmp_path)
+    assert [one.audio.path.name for one in session.recordings] == ["felt_20.AIFF", "silk_20.aiff"]
+    assert session.left_out() == []
+    (tmp_path / "session.toml").write_text('pattern = "{texture}_{speed}.aiff"\n')
+    assert afferents.read_session(tmp_path).recordings[0].audio.n_samples == 800
+
+
+CAFE, DECOMPOSED = "caf\xe9 noir", "cafe\N{COMBINING ACUTE ACCENT}\N{NO-BREAK SPACE}noir"
+
+
+def test_names_of_one_texture_in_two_forms_are_one_texture(empty):
+    names = [f"{CAFE}/20.wav", f"{DECOMPOSED} /40.wav"]
+    session = afferents.read_session(empty(names, 'pattern = "{texture}/{speed}.wav"\n'))
+    assert session.textures == (CAFE,)
+    assert [one.name for one in session.recordings] == [f"{CAFE}/20", f"{CAFE}/40"]
+    listed = f'audio = "{names[1]}"\ntexture = "{DECOMPOSED}"\n'
+    (session.root / "session.toml").write_text(f"[[recordings]]\n{listed}")
+    assert afferents.read_session(session.root).textures == (CAFE,)
+
+
+def test_textures_that_differ_in_capitals_alone_are_asked_about(empty):
+    root = empty(["Felt/20.wav", "felt/20.wav"], 'pattern = "{texture}/{speed}.wav"\n')
+    sentence = "under one name, found Felt and felt; rename one .* more than capitals differ"
+    with pytest.raises(InputError, match=sentence):
+        afferents.read_session(root)
+    (root / "dataset.toml").write_text('[files]\npattern = "{texture}/{speed}.wav"\n[signal]\n')
+    with pytest.raises(InputError, match=sentence):
+        Described(root).recordings()
+
+
+def test_folders_linked_to_their_parents_are_entered_once(empty):
+    root = empty(["a/clip.avi", "b/other.avi", "b/table.csv"])
+    for link, target in (("a/up", root), ("a/across", root / "b"), ("b/across", root / "a")):
+        (root / link).symlink_to(target)
+    found = {path.relative_to(root).as_posix() for path in media_in(root)}
+    assert found == {"a/clip.avi", "b/other.avi", "a/across/other.avi", "b/across/clip.avi"}
+    assert len(tables_in(root)) == 2
 
 
 def test_rates_that_contradict_each_other_are_refused(lab, write_video, write_audio):

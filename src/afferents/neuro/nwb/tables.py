@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents import dims
+from afferents.files import safe_names
 from afferents.spikes.artificial import ends_of, stretch_of
 from afferents.spikes.population import Spikes
 from afferents.spikes.units import RATE_HZ
@@ -24,19 +25,17 @@ class Laid:
 
     Attributes
     ----------
+    name
+        Its name, as a file's object may be called; see `files.safe_names`.
     responses
         Of the recording.
     start_s
         When it began.
     """
 
+    name: str
     responses: Responses
     start_s: float
-
-    @property
-    def name(self) -> str:
-        """Its name, as a file's object may be called: without slashes."""
-        return str(self.responses.attrs["name"]).replace("/", "_").replace(":", "_")
 
     @property
     def frame_times_s(self) -> NDArray[np.float64]:
@@ -51,8 +50,9 @@ def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     counts from the first recording's beginning.
     """
     found, start_s = [], 0.0
-    for responses in recordings:
-        found.append(Laid(responses, start_s))
+    names = safe_names(str(responses.attrs["name"]) for responses in recordings)
+    for responses, name in zip(recordings, names.values(), strict=True):
+        found.append(Laid(name, responses, start_s))
         start_s = float(np.ceil(start_s + max(ends_of(responses), default=0.0) + GAP_S))
     return found
 
@@ -105,13 +105,10 @@ def _conditions(laid: Sequence[Laid]) -> pd.DataFrame:
         values = table[name].infer_objects()
         is_numeric = values.dtype.kind in _NUMBERS
         table[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
-    return table.rename(columns=_column)
-
-
-def _column(name: object) -> str:
-    """Return what a condition is called in the file, where some names mean something else."""
-    plain = str(name).replace("/", "_")
-    return f"condition_{plain}" if plain in _TAKEN else plain
+    names = safe_names(map(str, table))  # some of which mean something else in the file
+    return table.rename(
+        columns={k: f"condition_{v}" if v in _TAKEN else v for k, v in names.items()}
+    )
 
 
 def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> None:
