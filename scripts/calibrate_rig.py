@@ -9,7 +9,6 @@ minutes.
 """
 
 import json
-import math
 import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,8 +54,8 @@ class Panel(NamedTuple):
 
     @property
     def first_hz(self) -> float:
-        """f1 = N v / (pi 80 mm)."""
-        return RIG.drum.periods(self.spacing_mm) * self.speed_mm_s / (math.pi * 80)
+        """The drum's own rate."""
+        return RIG.drum.rate_hz(self.spacing_mm, self.speed_mm_s)
 
 
 def spectra(published: dict[str, Any]) -> list[Panel]:
@@ -214,7 +213,7 @@ def predictions(smooth: list[Images]) -> dict[str, Any]:
     for speed in speeds:
         filmed = [filmed_images(spacing, speed, seed) for seed in FILMED_SEEDS]
         spectrum = np.concatenate([heard(RIG, spacing, speed, seed) for seed in SEEDS])
-        first_hz = RIG.drum.periods(spacing) * speed / (math.pi * 80)
+        first_hz = RIG.drum.rate_hz(spacing, speed)
         found[f"{speed} mm/s"] = {
             "first_hz": first_hz,
             "lines_1_to_4": [round(float(w), 3) for w in measure.weights(spectrum, first_hz)],

@@ -15,6 +15,7 @@ all its parts.
 """
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -218,7 +219,7 @@ def write_tables() -> None:
     if vibration := _found("nested-S11", *(f"vibration-{name}" for name in CAUSES)):
         _write("rig-vibration", "What real spectra lack", vibration, _vibration(vibration))
     if recipe := _found("vibration-paper"):
-        _write("rig-vibration-paper", "The paper's recipe", recipe, _vibration(recipe))
+        _write("rig-vibration-paper", "The recipe of the authors' code", recipe, _vibration(recipe))
     stresses = _found("ours-noise", *(f"ours-{name}" for name in STRESSES))
     if ours and stresses:
         found = {**ours, **stresses}
@@ -296,7 +297,8 @@ def _beside(
         rows = rows or [["model", "whose", *each[0]]]
         means = np.mean([list(one.values()) for one in each], axis=0)
         rows.append([f"`{model}`", "rig", *(f"{100 * mean:.0f}" for mean in means)])
-        rows.append(["", "paper", *(f"{percent:.0f}" for percent in of_paper(model))])
+        # A half is rounded up, as in the titles of the paper's matrices.
+        rows.append(["", "paper", *(f"{math.floor(percent + 0.5)}" for percent in of_paper(model))])
     return rows
 
 

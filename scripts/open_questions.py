@@ -1,4 +1,4 @@
-"""Answer the paper's open questions on the simulated rig: ``make results-open``.
+"""Answer open questions on the simulated rig, two of them the paper's: ``make results-open``.
 
     python scripts/open_questions.py                 all parts, in order
     python scripts/open_questions.py PART [PART ...] these alone; `list` names them

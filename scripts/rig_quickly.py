@@ -111,7 +111,7 @@ def show_spectra(rig: Rig, seeds: range, test: bool) -> None:
     for speed in speeds:
         mine = [np.concatenate([heard(rig, x, speed, s) for s in seeds]) for x in (3.0, 0.0)]
         for name, (g, a) in (("paper", (of[3.0, speed], of[0.0, speed])), ("rig", mine)):
-            first = rig.drum.periods(3.0) * speed / (np.pi * 80)
+            first = rig.drum.rate_hz(3.0, speed)
             top = float(np.median(g.max(axis=1)))
             scale = loudest.setdefault(name, top)
             weight = " : ".join(f"{w:.2f}" for w in measure.weights(g, first))

@@ -36,12 +36,6 @@ WIDTH = 4
 Floats = NDArray[np.float64]
 
 
-def rate_hz(spacing_mm: float, speed_mm_s: float) -> float:
-    """Return how often a drum's pattern passes a pin, Hz."""
-    drum = Drum()
-    return drum.periods(spacing_mm) * speed_mm_s / (math.pi * drum.diameter_mm)
-
-
 def images_of(responses: Responses) -> Floats:
     """Return images (time, component, row, column) of SA-I at constant speed, tapered, px."""
     time, until = responses["time"].values, steady_s(responses)
@@ -88,7 +82,7 @@ def main(store: str, out: str | None = None) -> None:
         spacing = float(responses.attrs["texture"])
         if responses.attrs["speed_mm_s"] != SPEED_MM_S or spacing == 0:
             continue
-        base, highest = rate_hz(spacing, SPEED_MM_S), 0.49 * FPS_HZ
+        base, highest = Drum().rate_hz(spacing, SPEED_MM_S), 0.49 * FPS_HZ
         images = images_of(responses)
         found = {n: wave_at(images, n * base) for n in (1, 2, 3) if n * base < highest}
         if not found:

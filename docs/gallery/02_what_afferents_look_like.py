@@ -11,6 +11,7 @@ from matplotlib import pyplot
 
 import afferents
 from afferents import plot
+from afferents.rig import Drum
 
 responses = afferents.example(quiet=True)
 
@@ -56,8 +57,13 @@ pyplot.show()
 # In the order of the plots: SA-I rises as the drum drags the skin and stays high, RA-I is high
 # where something changes, and RA-II hums while the drum turns.
 #
-# The hum has a pitch. The drum has bumps 4 mm apart and turns at 40 mm/s, so ten bumps pass
-# in a second, and the vibration has lines at multiples of 10 Hz.
+# The hum has a pitch. The drum has bumps 4 mm apart, counted along the diagonal of their lattice.
+# Along the slide the pattern repeats each sqrt(2) times 4 mm. At 40 mm/s it passes 7.16 times in a
+# second, and the vibration has lines at multiples of that (dotted).
 
-plot.spectrum(responses.ra2)
+rate_hz = Drum().rate_hz(spacing_mm=4, speed_mm_s=40)
+ax = plot.spectrum(responses.ra2)
+for multiple in range(1, 9):
+    ax.axvline(multiple * rate_hz, color="black", linestyle=":", linewidth=0.8)
+ax.set(xlim=(0, 100), title=f"multiples of {rate_hz:.2f} Hz")
 pyplot.show()

@@ -11,13 +11,14 @@ copies of its recordings has seen speeds that nobody recorded. The paper calls t
 # %%
 # One drum at three speeds
 # ------------------------
-# The drum has bumps 4 mm apart (the paper's texture i).
+# The drum has bumps 4 mm apart along the diagonal (the paper's texture i).
 
 from pathlib import Path
 
 from matplotlib import pyplot
 
 import afferents
+from afferents.rig import Drum
 
 if not Path("one-drum.zarr").exists():
     afferents.simulate("one-drum", textures="i", speeds_mm_s=[20, 40, 80], seconds=5, quiet=True)
@@ -31,8 +32,8 @@ print(dict(spectra.sizes))
 # Over frequency, over waves per millimetre
 # -----------------------------------------
 # On the left, each speed has its lines somewhere else. On the right, the frequency is
-# divided by the speed, which gives bumps per millimetre. Now the lines fall on one another:
-# they belong to the texture.
+# divided by the speed, which gives cycles per millimetre. Now the lines fall on one another, at
+# multiples of the drum's own rate (dotted): they belong to the texture.
 
 figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 3.5), layout="constrained")
 for speed, of_speed in spectra.groupby("speed_mm_s"):
@@ -40,7 +41,9 @@ for speed, of_speed in spectra.groupby("speed_mm_s"):
     left.semilogy(mean.frequency, mean, label=f"{speed:g} mm/s")
     right.semilogy(mean.frequency / speed, mean)
 left.set(xlabel="frequency (Hz)", ylabel="amplitude")
-right.set(xlabel="bumps per mm", xlim=(0, 1.5))
+for multiple in range(1, 9):
+    right.axvline(multiple * Drum().rate_hz(4, 1), color="black", linestyle=":", linewidth=0.8)
+right.set(xlabel="cycles per mm", xlim=(0, 1.5))
 left.legend()
 pyplot.show()
 

@@ -22,7 +22,7 @@ if not Path("small.zarr").exists():
 # %%
 # A model that knows three drums
 # ------------------------------
-# Their bumps are 0 (smooth), 3 and 6 mm apart. The model learns at 20 and 60 mm/s. The
+# One is smooth, the others have bumps 3 and 6 mm apart. The model learns at 20 and 60 mm/s. The
 # touches at 40 mm/s set how sure its answers may be, and what novelty is usual.
 
 card = afferents.train("small.zarr", "three-drums", model="sa-wave-vector", force=True, quiet=True)

@@ -53,7 +53,7 @@ for texture in sure[-1].evidence:
         label=f"{texture} mm",
     )
 ax.set(xlabel="time (s)", ylabel="evidence", ylim=(-0.02, 1.02))
-ax.legend(title="bumps apart")
+ax.legend(title="bumps apart (0: smooth)")
 pyplot.show()
 
 # %%

@@ -80,7 +80,7 @@ def reproduce(
     size: Annotated[
         Size,
         typer.Option(
-            help="Length of the 130 simulated recordings: seconds (quick), or the paper's a minute."
+            help="Length of the 130 simulated recordings: 8 s (quick), or the paper's 65 s (paper)."
         ),
     ] = "quick",
     discrepancies: Annotated[

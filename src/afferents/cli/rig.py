@@ -45,8 +45,8 @@ Nuisances = Annotated[
 Mounted = Annotated[
     Remount,
     typer.Option(
-        help="When the fingertip is mounted: once a 'session', as in the paper, or anew for "
-        "each 'drum' or each 'run'."
+        help="When the fingertip is mounted: once a 'session', or anew for each 'drum' or each "
+        "'run'."
     ),
 ]
 Reprint = Annotated[
@@ -132,7 +132,10 @@ def drum(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a textured drum as an STL file for a 3-D printer."""
+    """Write a textured drum as an STL file for a 3-D printer.
+
+    The diameter of its bumps, 0.36 of their spacing, is a guess: Figure 3 of the paper prints it.
+    """
     from afferents.rig.drums import write_drum
 
     path = write_drum(texture, out, bore, force)

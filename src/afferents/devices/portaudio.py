@@ -30,7 +30,7 @@ class PortAudioOptions(Options):
     rate_hz
         Samples a second.
     channels
-        Their number; the paper's sensor is the second of two.
+        Their number; the published recordings have the sensor second of two.
     block_s
         Length of a block, s.
     buffer_s

@@ -201,8 +201,9 @@ def training_config(
 
     `changed` sets fields of the `TrainingConfig` otherwise; a preset's passes give way to epochs.
 
-    `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
-    of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
+    `paper` is what the authors' code does (Adam 1e-3 for single images, 1e-4 for the others,
+    batches of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9). The
+    paper's text has another patience, and another dropout for single images.
 
     One thing differs from it, unless `statistics` is ``keras``: see `WarmUp`.
 
@@ -211,7 +212,7 @@ def training_config(
     the CNN-LSTM in stages. Found on simulated recordings of a seed that no number in the docs is
     of.
 
-    `quick` is **not** the published recipe: it thins the samples, has smaller batches and
+    `quick` is **not** their recipe: it thins the samples, has smaller batches and
     higher learning rates, stops sooner, and trains the CNN-LSTM in stages. A training takes
     seconds instead of an hour. Its accuracies say that the way of the data works, not how good
     the method is.

@@ -3,7 +3,7 @@
 There is a shorter road for the CNN-LSTM: images first, time after. The image stack learns from
 single frames, as the spatial network, and is then kept; what it makes of every frame is worked out
 once, and the LSTMs and dense layers learn from that. A frame costs a tenth of a run, and the second
-stage next to nothing. Not the published recipe.
+stage next to nothing. Not the recipe of the authors' code.
 """
 
 import time

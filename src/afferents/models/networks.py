@@ -1,4 +1,4 @@
-"""The paper's networks (section 2.3), and several afferents' stems in one."""
+"""The paper's networks (section 2.4), and several afferents' stems in one."""
 
 from contextlib import nullcontext
 from math import prod

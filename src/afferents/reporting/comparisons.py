@@ -31,6 +31,7 @@ from afferents.reporting.tables import (
     OTHER_RECORDINGS,
     SAME_GRID,
     Cell,
+    across_modalities,
     make_table,
     mean_and_interval,
 )
@@ -179,10 +180,10 @@ def differences(summary: Summary) -> pd.DataFrame | None:
         (
             f"{model_title(one.model, summary)} over {model_title(one.than, summary)}",
             one.protocol,
-            _points(one),
+            points(one),
         )
         for one in summary.comparisons
-        if _differ_in_one_thing(one.model, one.than)
+        if differ_in_one_thing(one.model, one.than)
     ]
     pairs = list(dict.fromkeys(row[0] for row in rows))
     rows.sort(key=lambda row: pairs.index(row[0]))
@@ -190,7 +191,7 @@ def differences(summary: Summary) -> pd.DataFrame | None:
         (
             f"{model_title(model, summary)}: what the published protocol adds",
             "published over nested",
-            _points(found),
+            points(found),
         )
         for model, found in summary.selection_effect.items()
     ]
@@ -207,7 +208,8 @@ def differences(summary: Summary) -> pd.DataFrame | None:
     )
 
 
-def _differ_in_one_thing(one: str, other: str) -> bool:
+def differ_in_one_thing(one: str, other: str) -> bool:
+    """Return whether two of the paper's models differ in one thing alone; True of any others."""
     if not {one, other} <= set(TABLE1):
         return True
     a, b = TABLE1[one], TABLE1[other]
@@ -215,7 +217,8 @@ def _differ_in_one_thing(one: str, other: str) -> bool:
     return sum(map(bool, different)) == 1
 
 
-def _points(found: Difference) -> str:
+def points(found: Difference) -> str:
+    """Return `+5.0 [-2.0, +12.3]`, percentage points."""
     low, high = (f"{100 * value:+.1f}" for value in found.ci95)
     return f"{100 * found.difference:+.1f} [{low}, {high}]"
 
@@ -234,7 +237,8 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> pd.DataFrame:
     return make_table(
         f"Accuracy at {many} held out of training, run by run",
         f"Percent of test samples, mean over held-out {many}, with 95% interval in brackets. "
-        f"{'. '.join(f'{name}: {_what(run)}' for name, run in runs.items())}.",
+        f"{'. '.join(f'{name}: {_what(run)}' for name, run in runs.items())}. "
+        f"{across_modalities(names)}",
         ("Model", "Protocol", *runs),
         (
             (

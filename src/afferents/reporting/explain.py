@@ -50,6 +50,7 @@ from afferents.reporting.style import (
     save_figure,
     styled,
 )
+from afferents.rig.surface import Drum
 from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, textures_of
 from afferents.store.trimming import with_steady
@@ -129,7 +130,7 @@ _TITLES = {
     "parts": "What is lost without each part of the global shear",
     "waves": "What is lost without each wave",
     "frequencies": "What is lost without each band of the spectrum",
-    "harmonics": "What is lost without each multiple of a drum's bumps a second",
+    "harmonics": "What is lost without each multiple of a drum's own rate",
 }
 _AXES = {
     dims.ROW: "row of markers",
@@ -137,7 +138,7 @@ _AXES = {
     dims.ROW_WAVENUMBER: "down (cycles a marker)",
     dims.COLUMN_WAVENUMBER: "across (cycles a marker)",
     dims.FREQUENCY: "frequency (Hz)",
-    "harmonic": "frequency, as a multiple of bumps a second",
+    "harmonic": "frequency, as a multiple of the drum's own rate",
     "part": "part of the global shear",
 }
 _LOSS = "lost log-odds of the true texture (nats)"
@@ -279,7 +280,7 @@ PATCH = 3
 BAND_HZ = 4.0
 """Width of what is taken out of a spectrum at once."""
 HARMONICS = np.arange(0, 5.1, 0.25)
-"""Middles of the bins that frequencies over a drum's bumps a second are gathered in."""
+"""Middles of the bins that frequencies over a drum's own rate are gathered in."""
 _BATCH = 64
 _RATE_TOLERANCE = 0.02
 """Clocks are read from a recording, and jitter."""
@@ -536,10 +537,9 @@ def _frequencies(predict: Predict, asked: Asked) -> dict[str, xr.DataArray]:
     middle = np.array([frequency[band].mean() for band in taken])
     found = {"frequencies": _by_texture(asked, lost, {dims.FREQUENCY: middle})}
     bumps = [(asked.by_spacing and spacing_mm(one)) or 0.0 for one in asked.textures]
-    spacing = np.array(bumps)[asked.labels]
-    if (bumpy := spacing > 0).any():
-        per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
-        harmonic = middle[:, None] / per_s
+    per_mm = np.array([Drum().rate_hz(x, 1.0) if x else 0.0 for x in bumps])[asked.labels]
+    if (bumpy := per_mm > 0).any():
+        harmonic = middle[:, None] / (asked.samples[dims.SPEED].values * per_mm)[bumpy]
         at = np.digitize(harmonic, np.append(HARMONICS - 0.125, HARMONICS[-1] + 0.125)) - 1
         there = np.intersect1d(at, np.arange(len(HARMONICS)))
         means = [lost[:, bumpy][at == k].mean() for k in there]

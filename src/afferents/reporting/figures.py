@@ -190,7 +190,7 @@ def _spectra_picture(data: FigureData, source: str, style: Figures) -> Iterator[
     yield ReportFigure(
         name,
         "Figure 12. Vibration spectra",
-        f"{shown}Black: a single window of one channel, the middle one, as the paper draws. "
+        f"{shown}Black: a single window of one channel (the paper draws one, too), the middle one. "
         f"Orange: the mean over windows and channels. {scale}; offset and drift, the lowest "
         f"hundredth of the axis, may go beyond it.{true}",
         "Grid of vibration spectra, amplitude against frequency in hertz.",

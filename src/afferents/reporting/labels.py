@@ -15,11 +15,12 @@ FEW_SESSIONS = 5
 """Below so many an interval over sessions is wide for want of sessions alone."""
 ABSENT = "—"
 PROTOCOL_TITLES = {"nested": "nested protocol", "published": "published protocol"}
-ABBREVIATIONS = (
-    "SE: single exposure, one tactile image; STE: spatio-temporal encoding, a run of images; "
-    "TE: temporal encoding, a spectrum of vibration"
-)
-"""Of the models' titles, as in the paper."""
+ABBREVIATIONS = {
+    "SE": "spatial encoding, one tactile image",
+    "STE": "spatio-temporal encoding, a run of images",
+    "TE": "temporal encoding, a spectrum of vibration",
+}
+"""Of the models' titles, with the paper's words (sections 2.2.1 and 2.4.1)."""
 
 
 def drawn_over(summary: Summary | UnknownSummary) -> str:
@@ -85,15 +86,16 @@ def texture_labels(textures: Sequence[str], by_spacing: bool) -> dict[str, str]:
 
 
 def spacing_note(about: About) -> str:
-    """Return what the letters stand for: `a to m: bumps 0 to 6 mm apart`; nothing of others."""
-    textures = about.textures
-    names = list(texture_names(textures, about.named_by_spacing).values())
-    if names == list(textures):
+    """Return what letters stand for: `a: smooth; b to m: bumps 0.5 to 6 mm apart`; else nothing."""
+    named = texture_names(about.textures, about.named_by_spacing)
+    if list(named) == list(named.values()):
         return ""
-    first, last = LETTERS.index(names[0]), LETTERS.index(names[-1])
-    if len(names) > 3 and names == list(LETTERS[first : last + 1]):
-        return f"{names[0]} to {names[-1]}: bumps {textures[0]} to {textures[-1]} mm apart"
-    return f"{', '.join(names)}: bumps {', '.join(textures)} mm apart"
+    bumpy = {texture: name for texture, name in named.items() if texture != "0"}
+    names, spacings = list(bumpy.values()), list(bumpy)
+    if len(names) > 3 and "".join(names) in "".join(LETTERS):
+        names, spacings = ([f"{one[0]} to {one[-1]}"] for one in (names, spacings))
+    note = f"{', '.join(names)}: bumps {', '.join(spacings)} mm apart"
+    return "a: smooth; " * ("0" in named) + note
 
 
 def texture_axis(textures: Sequence[str], by_spacing: bool) -> str:
@@ -162,12 +164,9 @@ def shortened(names: Sequence[str], most: int = 16) -> str:
 
 def textures_line(about: About) -> str:
     """Return how many textures there are, their names and, once, what letters stand for."""
-    textures = about.textures
-    names = list(texture_names(textures, about.named_by_spacing).values())
-    line = f"{len(names)}: {shortened(names)}"
-    if names == list(textures):
-        return line
-    return f"{line}; letters as in the paper, for bumps {shortened(textures)} mm apart"
+    named, note = texture_names(about.textures, about.named_by_spacing), spacing_note(about)
+    names = list(named.values())
+    return f"{len(names)}: {shortened(names)}" + f"; letters as in the paper ({note})" * bool(note)
 
 
 def data_line(about: About) -> str:

@@ -63,7 +63,8 @@ def render_report(
         Sentences for the reader, such as why a figure is missing.
     """
     summary = results.found
-    tables = [*accuracy_tables(results), differences(summary)]
+    first, *others = accuracy_tables(results)
+    tables = [first, differences(summary), *others]
     drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]
     n_leading = 1 if summary.models else 0  # accuracy by what was held out: see `draw_pictures`
     return render(
@@ -137,6 +138,8 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     title = "Speeds" if split == SPEED else f"Held out: {split.name}"
     run = {protocol for _, protocol, _ in outcomes(summary)}
     titles = ", ".join(model_title(name, summary) for name in model_order(summary))
+    abbreviated = [f"{one}: {what}" for one, what in ABBREVIATIONS.items()
+                   if re.search(rf"-{one}\b", titles)]  # fmt: skip
     corrupted = {"tested": summary.disturb, "learnt from": summary.disturb_training}
     own = [
         (f"Set otherwise: {network}", ", ".join(f"{name} = {value}" for name, value in its.items()))
@@ -148,7 +151,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Textures", textures_line(summary)),
         (title, f"{len(groups)}: {shortened(groups)}{split.unit}"),
         ("Models", titles),
-        ("Their names", ABBREVIATIONS * bool(re.search(r"-(SE|STE|TE)\b", titles))),
+        ("Their names", "; ".join(abbreviated)),
         ("Protocol", " and ".join(name for name in PROTOCOL_TITLES if name in run) or "none"),
         ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
         ("Steady part", steady),

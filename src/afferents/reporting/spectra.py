@@ -177,7 +177,7 @@ def stretch_figure(example: StretchExample, source: str) -> Figure:
 # Figure 12: spectra of several textures at several speeds, on the true frequency axis.
 #
 # Rows are textures, columns speeds: spread over what was recorded, or, as the paper prints it, a, g
-# and m at the speeds that its figure truly shows. A single window, as the paper draws, lies over
+# and m at the speeds that its figure truly shows. A single window, as in the paper, lies over
 # the mean. In the report each texture has its own scale of amplitude, since one that is much louder
 # hides the others; in print all panels have one. The frequency axis is in true Hz: the paper's is
 # off by a factor of two, and four of its five speeds are labelled wrongly.

@@ -12,8 +12,9 @@ from afferents.dims import RA2
 from afferents.encodings.settings import Encodings
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.schemas import Lost, Outcome, Summary
-from afferents.folds.held_out import ByPair
+from afferents.folds.held_out import SPEED, ByPair
 from afferents.models.model import MODELS
+from afferents.reporting.comparisons import differ_in_one_thing, points
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     control_asked,
@@ -24,7 +25,8 @@ from afferents.reporting.labels import (
     picked_by_tested,
     texture_names,
 )
-from afferents.reporting.tables import mean_and_interval
+from afferents.reporting.published import published_families
+from afferents.reporting.tables import across_modalities, mean_and_interval
 
 WORST_SHOWN = 3
 _OF_ANY_MODEL = ("--split", "--steady", "--without", "--held-out", "--textures", "--speeds")
@@ -179,12 +181,28 @@ def beside_the_winner(summary: Summary) -> list[str]:
     whole = "whole recordings" if summary.split.whole else "the parts of recordings in one arc"
     whole = "halves of recordings" if won.protocol == "published" else whole
     said = [
+        _within_modality(summary, won),
+        across_modalities(summary.models).strip(),
         f"It recognises the texture of {recordings}% of {whole}, from all their samples together.",
         _worst_groups(summary, won),
         _others(summary, won),
         _mistake(summary, won),
     ]
     return [text for text in said if text]
+
+
+def _within_modality(summary: Summary, won: Winner) -> str:
+    """Return by how much the paper's models differ that differ in one thing, here and there."""
+    paper = {name: family.mean_percent for name, family in published_families().items()}
+    pairs = [
+        f"{model_title(one.model, summary)} over {model_title(one.than, summary)} {points(one)}"
+        + f" (paper {paper[one.model] - paper[one.than]:+d})" * (summary.split == SPEED)
+        for one in summary.comparisons
+        if one.protocol == won.protocol
+        and {one.model, one.than} <= paper.keys()
+        and differ_in_one_thing(one.model, one.than)
+    ]
+    return f"Within a modality, in percentage points: {'; '.join(pairs)}." if pairs else ""
 
 
 def _worst_groups(summary: Summary, won: Winner) -> str:

@@ -245,7 +245,7 @@ def _require_simulated(cut: Cut, size: Size) -> None:
         Naming it.
     """
     if cut == "published" and size != "paper":
-        expected = "recordings of a minute (--size paper), or --session"
+        expected = "recordings of 65 s (--size paper), or --session"
         raise InputError(
             f"--cut published: expected {expected}, found --size {size}; or use --cut all"
         )

@@ -33,8 +33,8 @@ class Mounting(BaseModel):
         Standard deviations of the errors of mounting the fingertip by hand (depth, both slopes,
         place along the drum's axis), mm and rad.
     remount
-        When the fingertip is mounted: once a session, as in the paper, which changes drums under
-        one fingertip at a constant depth (section 2.2); or anew for each drum, or for each run.
+        When the fingertip is mounted: once a session, or anew for each drum, or for each run. The
+        paper says only that the depth stays constant when drums are changed (section 2.2).
     friction_sd, friction_change_sd
         Standard deviations of log friction: of the material, drawn once a session, and of its
         change from run to run.

@@ -18,7 +18,7 @@ from scipy.signal import butter, resample_poly, sosfilt
 from afferents.errors import InputError
 
 SAMPLE_RATE_HZ = 44100
-"""Paper, section 2.1."""
+"""Of the paper's recordings."""
 _FULL_SCALE = 32767
 _MOTOR_LINES = 8
 
@@ -29,7 +29,8 @@ class Microphone(BaseModel):
     Attributes
     ----------
     x_mm, y_mm, depth_mm
-        Where it sits behind the skin, mm from the axis and mm deep in the gel.
+        Where it sits behind the skin, mm from the axis and mm deep in the gel. The paper's sits in
+        the rim of a pad 40 mm wide, farther out than the 12 mm chosen here.
     shear_share
         Loudness of tangential force over pressure.
     low_hz, high_hz

@@ -234,8 +234,7 @@ def simulate(
     nuisances
         What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
     remount
-        When the fingertip is mounted: once a ``session``, as in the paper, or anew for each
-        ``drum`` or ``run``.
+        When the fingertip is mounted: once a ``session``, or anew for each ``drum`` or ``run``.
     reprint
         Which set of printed drums is used; None for that of the seed's number. Where it is given,
         it is the condition ``print`` of the recordings: ``evaluate --test-only print=1``.

@@ -152,7 +152,7 @@ class Skin(BaseModel):
     radius_mm, tip_radius_mm
         Radius of the drum (paper, section 2.2) and of the tip's own curvature, mm.
     footprint_mm
-        Diameter of the nodules under every second pin, mm.
+        Diameter of the nodules under every second pin, mm. The paper's have 2 mm.
     nodular, flat_mm
         Whether there are nodules; what the skin bridges where there are none, mm: twice the
         thickness of a sheet of skin and the width of what it rests on.

@@ -45,8 +45,8 @@ class Drum(BaseModel):
     bump_height_mm
         Height of the bumps (paper, section 2.2).
     bump_ratio
-        Bump diameter / x; the same for all drums, so that bumps cover the same share of each.
-        Chosen: the material gives no figure.
+        Bump diameter d / x, the same for all drums: the paper gives all its drums the same area of
+        bumps. The value is a guess: Figure 3 of the paper prints x and d, and was not seen.
     print_sd_mm
         How unequal printed bumps are in height, standard deviation, mm. Chosen to fit the
         skirts round the lines of the published spectra.
@@ -80,6 +80,13 @@ class Drum(BaseModel):
         the published spectra, 0.716 v / x.
         """
         return max(1, round(math.pi * self.top_diameter_mm / (math.sqrt(2) * spacing_mm)))
+
+    def rate_hz(self, spacing_mm: float, speed_mm_s: float) -> float:
+        """Return how often the pattern passes, Hz: 7.16 for bumps 4 mm apart at 40 mm/s.
+
+        Spectra have lines at its multiples. The smooth drum has no pattern.
+        """
+        return self.periods(spacing_mm) * speed_mm_s / (math.pi * self.diameter_mm)
 
 
 @dataclass(frozen=True)

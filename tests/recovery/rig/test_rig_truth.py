@@ -91,7 +91,7 @@ def test_lines_lie_where_the_bumps_pass(letter, speed):
     ]
     windows = np.stack([run[round(s * 44100) :][:44100] for run in runs for s in starts])
     spectrum = amplitude_spectrum(windows, 44100).mean(axis=0)
-    first_hz = Drum().periods(spacing) * speed / (math.pi * 80)
+    first_hz = Drum().rate_hz(spacing, speed)
     # Nodules 1 mm wide feel waves of 0.5 mm, the second line of c, now and then only.
     for k in (1,) if letter == "c" else (1, 2):
         low, high = math.ceil((k - 0.4) * first_hz), int((k + 0.4) * first_hz)

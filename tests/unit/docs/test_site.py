@@ -10,8 +10,9 @@ import pytest
 from matplotlib import pyplot
 
 import afferents
+from afferents.reporting.labels import ABBREVIATIONS
 
-from .printed import DOCS, PAGES, blocks, commands
+from .printed import DOCS, PAGES, ROOT, blocks, commands
 
 SUBCLASSED = (
     "afferents.Channel",
@@ -64,6 +65,21 @@ def test_links_and_images_are_there():
     }
     assert lost == []
     assert named <= examples
+
+
+def test_encodings_have_the_papers_names():
+    """As its sections 2.2.1 and 2.4.1 have them, in one place of the code and on every page."""
+    names = {short: words.partition(",")[0] for short, words in ABBREVIATIONS.items()}
+    assert names == {
+        "SE": "spatial encoding",
+        "STE": "spatio-temporal encoding",
+        "TE": "temporal encoding",
+    }
+    for page in ("glossary", "paper", "results"):
+        text = " ".join((DOCS / f"{page}.md").read_text().split())
+        assert [name for name in names.values() if name not in text] == []
+    texts = [*DOCS.rglob("*.md"), *(ROOT / "src").rglob("*.py"), *DOCS.rglob("*.py")]
+    assert [path for path in texts if re.search(r"single\s+exposure", path.read_text())] == []
 
 
 def test_source_files_that_pages_name_are_there():

@@ -46,6 +46,30 @@ def test_of_vibration_the_frequencies_are_told(run, models, stores, tmp_path):
     assert (tmp_path / "why" / "harmonics.png").is_file()
 
 
+def test_multiples_are_those_of_a_drums_own_rate():
+    """A model that hears the drum's own line alone: 7.16 Hz at 40 mm/s, 14.3 Hz at 80 mm/s."""
+    frequency = np.arange(0, 50, 0.25)
+    speeds = np.array([40.0, 80.0])
+    own = np.array([np.abs(frequency - v * 45 / (np.pi * 80)).argmin() for v in speeds])
+    values = np.zeros((2, 1, len(frequency)), np.float32)
+    values[[0, 1], 0, own] = 1
+    samples = xr.DataArray(
+        values,
+        {"frequency": frequency, "speed_mm_s": ("sample", speeds)},
+        ("sample", "channel", "frequency"),
+        attrs={"named_by_spacing": True},
+    )
+
+    def predict(given):
+        heard = 0.8 * given[:, 0].max(axis=1) + 0.1
+        return np.log(np.stack([heard, 1 - heard], axis=1))
+
+    asked = explain.Asked(None, samples, ("4", "0"), np.array([0, 0]))
+    lost = explain._frequencies(predict, asked)["harmonics"]
+    assert lost.harmonic.values[lost.values.argmax()] == 1
+    assert (lost.sel(harmonic=[0.5, 1.5, 2, 3]) == 0).all()
+
+
 def test_what_can_not_be_explained(run, models, stores, tmp_path):
     def refused(*arguments):
         code, _, said = run("explain", *arguments, "--out", tmp_path / "why", "--quiet")

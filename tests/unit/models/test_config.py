@@ -1,4 +1,4 @@
-"""Training configurations: the published recipe, and those of a TOML file over a preset's."""
+"""Training configurations: the recipe of the authors' code, and those of a TOML file."""
 
 import json
 
@@ -16,7 +16,7 @@ from afferents.models.layers import l2_penalty, set_dropout
     ("recipe", "rate", "patience"),
     [("spatial-net", 1e-3, 20), ("cnn-lstm", 1e-4, 20), ("vibration-net", 1e-4, 10)],
 )
-def test_paper_is_the_published_recipe(recipe, rate, patience):
+def test_paper_is_the_recipe_of_the_authors_code(recipe, rate, patience):
     config = training_config("paper", recipe)
     assert (config.learning_rate, config.patience) == (rate, patience)
     assert (config.batch_size, config.max_epochs) == (64, 150)

@@ -57,7 +57,7 @@ def test_the_report_has_letters_only_where_they_are_declared(kind, plates, sound
     page = (out / "report.html").read_text().replace("\u00a0", " ")
     if kind == "declared":
         assert summary["named_by_spacing"]
-        assert "3: c, e, g; letters as in the paper, for bumps 1, 2, 3 mm apart" in page
+        assert "3: c, e, g; letters as in the paper (c, e, g: bumps 1, 2, 3 mm apart)" in page
     else:
         assert "named_by_spacing" not in summary
         assert "3: 1, 2, 3" in page

@@ -164,6 +164,23 @@ def test_it_says_what_else_came_out(summary):
     assert not any("mistake" in sentence for sentence in beside_the_winner(S(summary)))
 
 
+def test_models_are_compared_within_a_modality_first(summary, rendered):
+    summary["models"]["sa-se"] = summary["models"]["ra-se"] = summary["models"]["vib-te"]
+    pairs = [("ra-se", "sa-se"), ("vib-te", "sa-se"), ("vib-te-aug", "vib-te")]
+    summary["comparisons"] = [
+        {"protocol": "nested", "model": one, "than": than, "difference": 0.05, "ci95": [-0.02, 0.1]}
+        for one, than in pairs
+    ]
+    first, second, *_ = beside_the_winner(S(summary))
+    assert first == (
+        "Within a modality, in percentage points: RA-SE over SA-SE +5.0 [-2.0, +10.0] (paper +7); "
+        "vib-TE augmented over vib-TE +5.0 [-2.0, +10.0] (paper +40)."
+    )
+    assert "cautions against comparisons across modalities" in second
+    text = rendered()
+    assert text.index(">Differences<") < text.index("Samples and whole recordings")
+
+
 def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
     asked = what_was_asked(S(summary))
     assert "from the recordings of the others, and then" in asked

@@ -21,6 +21,15 @@ def test_bumps_repeat_as_often_as_the_published_spectra_say():
     assert [Drum().periods(x) for x in spacings] == expected
 
 
+def test_a_drum_passes_at_its_own_rate():
+    """Along the slide the pattern repeats each sqrt(2) x, not each x: 7.16 Hz, and not 10."""
+    assert Drum().rate_hz(4.0, 40.0) == pytest.approx(7.16, abs=0.005)
+    published = [0.716 * v / x for x in (0.5, 3.0, 6.0) for v in (10, 100)]
+    assert [Drum().rate_hz(x, v) for x in (0.5, 3.0, 6.0) for v in (10, 100)] == pytest.approx(
+        published, rel=0.003
+    )
+
+
 @pytest.mark.parametrize("spacing", [0.5, 1.0, 3.0, 5.5])
 def test_the_surface_repeats_that_often_round_the_drum(spacing):
     height = bumped_surface(spacing, NOMINAL).height_mm
