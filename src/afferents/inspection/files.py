@@ -142,6 +142,6 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
 
 def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     """Draw the first seconds of vibration and their spectrum."""
-    n = max(1, round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE]))
+    n = max(4, round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE]))
     figure = vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
     return save_figure(figure, out / VIBRATION)
