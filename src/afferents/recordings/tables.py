@@ -376,13 +376,13 @@ def _csv(path: Path, signal: Signal) -> Table:
         try:
             texts = pd.read_csv(io.StringIO(text), **options, dtype=str).fillna("")
         except ValueError:
-            raise _fault(path, signal, names, range(len(names))) from None
+            raise _fault(path, signal, names, ()) from None
         points = texts.apply(lambda one: one.str.replace(signal.decimal, "."))
         frame = points.apply(pd.to_numeric, errors="coerce")
     while frame.shape[1] > len(names) and frame.iloc[:, -1].isna().all():
         frame = frame.iloc[:, :-1]  # rows that end in a separator
     if frame.shape[1] != len(names):
-        raise _fault(path, signal, names, range(len(names)))
+        raise _fault(path, signal, names, ())
     values = frame.to_numpy(np.float64)
     return Table(tuple(names), values, np.arange(len(values)) + first, "line")
 

@@ -39,7 +39,7 @@ def test_every_broken_slide_is_named(look, tmp_path):
 
 def test_a_signal_of_few_samples_in_ten_seconds_is_drawn(tmp_path):
     signal = xr.DataArray(
-        np.zeros((300, 2), np.float32),
+        np.sin(np.arange(600.0)).reshape(300, 2),
         dims=("audio_time", "channel"),
         attrs={"sample_rate_hz": 0.036, "units": "counts"},
     )

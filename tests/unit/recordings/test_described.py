@@ -267,6 +267,13 @@ def test_only_the_columns_that_are_named_are_read(tmp_path, suffix):
         read(tmp_path, FILES + 'time = "t"\n', suffix)
 
 
+def test_a_row_of_too_many_fields_is_named_though_texts_come_before(tmp_path):
+    path = csv(tmp_path, frame=FRAME.assign(frame_id="base_link"))
+    path.write_text(path.read_text() + "3.0,1,2,base_link,4\n")
+    with pytest.raises(InputError, match="line 302: expected 4 fields, found 5"):
+        read(tmp_path, FILES + TIMED)
+
+
 def test_columns_that_are_no_signals_are_named_where_no_description_names_any(tmp_path):
     for n, name in enumerate(("silk_20.csv", "silk_40.csv", "felt_20.csv")):
         counted = FRAME.assign(seq=np.arange(300) % 200, clock=1e6 - FRAME.t, label=n, dead=7)
