@@ -53,7 +53,7 @@ POSITION: Final = "position"
 DETECTED: Final = "detected"
 REST_POSITION: Final = "rest_position"
 FRAME_CHANGE: Final = "frame_change"
-"""Mean change of the picture's pixels from the frame before, as decoded."""
+"""Mean change of the picture since the frame before, both in the same light."""
 DRUM_POSITION: Final = "drum_position"
 """Of the drum's surface under the fingertip, mm; see `store.drum_path`."""
 
