@@ -44,7 +44,7 @@ def side_by_side(
     jobs: Iterable[Job],
     workers: int | None,
     note: Callable[[str], None] | None = None,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Call `function(*job)` for every job and yield the results as they come.
 
     Every process has one thread: several of them are faster than one with several, above all
@@ -214,7 +214,7 @@ def on_cluster(
     address: str,
     output: Path,
     packages: tuple[str, ...] = SAME,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Call `function(*job)` for every job on some worker; yield the results as they come.
 
     A worker that dies costs the job that it was at, which another one does anew.
