@@ -24,6 +24,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from afferents.errors import AfferentsError, InputError
 from afferents.outputs import lock_text
 from afferents.plugins import how_to_install
+from afferents.progress import silence_libraries
 from afferents.stopping import stop_later
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ def _prepare(caller: int) -> None:
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
     keep_freed_memory()
-
+    silence_libraries()
     threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
 
 
