@@ -3,7 +3,9 @@
 #
 # Libraries choose their kernels by what the processor can, and split sums by threads, so they round
 # differently. Here all are told to leave newer instructions alone: oneDNN and PyTorch, MKL,
-# OpenBLAS (in NumPy and SciPy), NumPy, Numba and OpenCV. ONNX Runtime can't be told.
+# OpenBLAS (in NumPy and SciPy), NumPy, Numba and OpenCV. ONNX Runtime can't be told. OpenBLAS alone
+# takes the kernels of AMD's processors (Zen) and, where there is AVX-512, of Intel's servers
+# (SkylakeX): else they are illegal instructions.
 set -eu
 
 python=$1
@@ -17,6 +19,12 @@ test_as() {
 
 test_as "this processor, two threads" OMP_NUM_THREADS=2 MKL_NUM_THREADS=2
 test_as "this processor, one thread" OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
+test_as "AMD's Zen" OPENBLAS_CORETYPE=Zen OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
+if grep -q -m1 avx512dq /proc/cpuinfo; then
+    test_as "Intel's SkylakeX" OPENBLAS_CORETYPE=SkylakeX OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
+else
+    echo "== not as Intel's SkylakeX: this processor has no AVX-512"
+fi
 test_as "a processor with AVX2 and no AVX-512" \
     ONEDNN_MAX_CPU_ISA=AVX2 ATEN_CPU_CAPABILITY=avx2 OPENBLAS_CORETYPE=Haswell \
     NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL AVX512_SPR" \

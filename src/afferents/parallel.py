@@ -24,6 +24,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from afferents.errors import AfferentsError, InputError
 from afferents.outputs import lock_text
 from afferents.plugins import how_to_install
+from afferents.progress import silence_libraries
 from afferents.stopping import stop_later
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def side_by_side(
     jobs: Iterable[Job],
     workers: int | None,
     note: Callable[[str], None] | None = None,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Call `function(*job)` for every job and yield the results as they come.
 
     Every process has one thread: several of them are faster than one with several, above all
@@ -169,7 +170,7 @@ def _prepare(caller: int) -> None:
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
     keep_freed_memory()
-
+    silence_libraries()
     threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
 
 
@@ -214,7 +215,7 @@ def on_cluster(
     address: str,
     output: Path,
     packages: tuple[str, ...] = SAME,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Call `function(*job)` for every job on some worker; yield the results as they come.
 
     A worker that dies costs the job that it was at, which another one does anew.

@@ -1,6 +1,7 @@
 """Progress with remaining time, on streams that may be closed, full, broken, or no terminal."""
 
 import io
+import logging
 import os
 import sys
 import time
@@ -31,6 +32,15 @@ def prepare_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+
+
+def silence_libraries() -> None:
+    """Let no warning or log of a library reach the terminal, unless ``python -W`` wants warnings.
+
+    What matters of them to a user is said in sentences of ours.
+    """
+    logging.captureWarnings(not sys.warnoptions)
+    logging.basicConfig(handlers=[logging.NullHandler()])
 
 
 def printable(text: str) -> str:

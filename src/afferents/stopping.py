@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -25,6 +26,22 @@ def stop_on_signals() -> None:
     """
     for number in _heeded():
         signal.signal(number, _stop)
+    sys.unraisablehook = _report_unraisable
+
+
+def ignore_signals_briefly() -> None:
+    """Let a signal do nothing for `PATIENCE_S`: the work is done, and Python tidies up.
+
+    There Python raises nothing, but prints the traceback of `Stopped`. A later signal ends the
+    process at once.
+    """
+    _end_at_the_next(_heeded())
+
+
+def _report_unraisable(fault: "sys.UnraisableHookArgs") -> None:
+    """Print an error that Python can't raise, unless it is a signal, which `stopped_by` returns."""
+    if not isinstance(fault.exc_value, Stopped):
+        sys.__unraisablehook__(fault)
 
 
 def stopped_by() -> int | None:

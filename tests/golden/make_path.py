@@ -29,7 +29,10 @@ TEXTURES, SPEEDS, HELD_OUT = ("0", "1.5", "5"), (20, 40, 70), 40
 NETWORK, SOLVED = "sa-se", "ra-wave-vector"
 RECIPE = "max_epochs = 1\nlearning_rate = 1e-4\n"
 """One short pass, so that what other processors round differently grows little."""
-INSTRUCTIONS = {"ONEDNN_MAX_CPU_ISA", "ATEN_CPU_CAPABILITY", "OPENBLAS_CORETYPE", "NUMBA_CPU_NAME"}
+INSTRUCTIONS = {
+    "ONEDNN_MAX_CPU_ISA", "ATEN_CPU_CAPABILITY", "OPENBLAS_CORETYPE", "MKL_CBWR",
+    "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME", "OPENCV_CPU_DISABLE",
+}  # fmt: skip
 ENCODED = {NETWORK: ("sa1", "spatial"), SOLVED: ("ra1_vector", "wavenumbers")}
 
 

@@ -123,3 +123,14 @@ def test_a_reader_that_left_has_heard_enough(status):
 def test_streams_that_are_closed(status, stream):
     code, _, err = status(preexec_fn=lambda: os.close(stream))
     assert (code, err) == (0, b"")
+
+
+@pytest.mark.system
+def test_no_warning_of_a_library_reaches_the_terminal():
+    script = (
+        "import logging, warnings; from afferents.progress import silence_libraries\n"
+        "silence_libraries()\n"
+        "warnings.warn('Glyph 24067 missing'); logging.getLogger('matplotlib').warning('Bad key')"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -118,9 +118,26 @@ def test_a_signal_that_was_swallowed_is_not_forgotten(process):
     one = process(SWALLOWED)
     one.send_signal(signal.SIGTERM)
     out, err = one.communicate(timeout=30)
-    assert out == ""
-    assert "Exception ignored in" in err
+    assert (out, err) == ("", "")
     assert one.returncode == 143
+
+
+ENDING = """
+import atexit
+from afferents.cli import program
+atexit.register(lambda: say('tidied'))
+atexit.register(lambda: signal.raise_signal(signal.SIGINT))
+sys.argv = ['afferents', '--version']
+say('ready')
+program.main()
+"""
+
+
+def test_a_signal_that_comes_once_all_is_done_changes_nothing(process):
+    one = process(ENDING)
+    out, err = one.communicate(timeout=60)
+    assert (out.splitlines()[-1], err) == ("tidied", "")
+    assert one.returncode == 0
 
 
 @pytest.fixture

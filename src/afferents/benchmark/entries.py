@@ -18,6 +18,8 @@ from afferents.reporting.page import render_tables
 from afferents.reporting.tables import make_table, to_markdown
 
 SUFFIX = ".jsonl"
+ENTRIES = "entries"
+"""Folder of entries inside the folder of `benchmark run --out`."""
 _AN_ENTRY = "an entry of the benchmark"
 
 
@@ -140,16 +142,17 @@ class Entry(BaseModel):
 
 
 def read_entries(folder: Path) -> list[Entry]:
-    """Read all entries of a folder: by task, best first.
+    """Read all entries of a folder, or of its folder `ENTRIES`: by task, best first.
 
     Raises
     ------
     InputError
         If there are none, or a line is none.
     """
+    files = list(folder.glob(f"*{SUFFIX}")) or list((folder / ENTRIES).glob(f"*{SUFFIX}"))
     found = [
         Entry.parse(line, f"{path}, line {number}")
-        for path in sorted(folder.glob(f"*{SUFFIX}"))
+        for path in sorted(files)
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
         if line.strip()
     ]

@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from afferents.benchmark.entries import Data, Entry, Own, Worst
+from afferents.benchmark.entries import ENTRIES, Data, Entry, Own, Worst
 from afferents.benchmark.tasks import Asked, Task, find_task
 from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.doctor import processor
@@ -33,7 +33,6 @@ from afferents.rig.simulate import simulate
 from afferents.store.zarr_store import holds_all
 from afferents.version import __version__
 
-ENTRIES = "entries"
 BASELINES = {
     "chance": "afferents.benchmark.baselines:chance",
     "nearest": "afferents.benchmark.baselines:nearest",

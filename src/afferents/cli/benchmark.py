@@ -84,8 +84,8 @@ def run(
 @benchmark.command()
 def table(
     folder: Annotated[
-        Path, typer.Argument(help="Folder of entries, as 'benchmark run' leaves them.")
-    ] = Path("benchmark/entries"),
+        Path, typer.Argument(help="Folder that 'benchmark run --out' wrote, or of entries.")
+    ] = Path("benchmark"),
     out: Annotated[
         Path | None, typer.Option(help="Folder for table.md, table.csv and table.html.")
     ] = None,

@@ -17,8 +17,8 @@ from afferents.cli.recorder import devices, import_, record
 from afferents.cli.recordings import align, calibrate, extract, fetch, init, inspect, track
 from afferents.cli.reproduction import doctor, reproduce
 from afferents.cli.rig import drum, simulate
-from afferents.progress import flush_streams, prepare_streams
-from afferents.stopping import stop_on_signals
+from afferents.progress import flush_streams, prepare_streams, silence_libraries
+from afferents.stopping import ignore_signals_briefly, stop_on_signals
 
 app = typer.Typer(
     cls=Commands,
@@ -64,8 +64,11 @@ def main() -> None:
     stop_on_signals()
     prepare_streams()
     debug = "--debug" in sys.argv
+    if not debug:
+        silence_libraries()
     arguments = [text for text in sys.argv[1:] if text != "--debug"] or ["--help"]
     code = exit_code_of(lambda: app(arguments, prog_name="afferents"), debug)
+    ignore_signals_briefly()
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told
         code = exit_code_of_fault(fault, debug)

@@ -213,7 +213,7 @@ def extract(
     import afferents
     from afferents.extraction.copies import notes_of
 
-    skipped = afferents.extract(
+    extracted = afferents.extract(
         session,
         out,
         sensor,
@@ -225,9 +225,10 @@ def extract(
         cluster=cluster,
         quiet=quiet or as_json,
         fps_hz=fps_hz,
-    ).skipped
-    found = {"store": str(out), "skipped": skipped, **asdict(notes_of(out))}
-    say(as_json, found, f"Store: {out}")
+    )
+    store, skipped = str(out) if extracted else None, extracted.skipped
+    found = {"store": store, "skipped": skipped, **asdict(notes_of(out))}
+    say(as_json, found, *([f"Store: {out}"] if extracted else []))
     fail_if_skipped(skipped)
 
 

@@ -11,6 +11,7 @@ from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
+from afferents.store.integrity import is_group
 from afferents.store.responses import Responses, issues_in
 from afferents.store.zarr_store import store_config, stored_attributes
 
@@ -40,8 +41,9 @@ def with_fingerprint(responses: Responses) -> Responses:
 
 
 def notes_of(store: Path) -> Notes:
-    """Return what is to be said of the recordings in a store."""
-    return notes_in(stored_attributes(store, store_config(store)["recordings"]))
+    """Return what is to be said of the recordings in a store; nothing where there is none."""
+    names = store_config(store)["recordings"] if is_group(store) else []
+    return notes_in(stored_attributes(store, names))
 
 
 def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:

@@ -1,7 +1,8 @@
 """From a session to a store of responses, a recording after the other."""
 
 import socket
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -42,9 +43,10 @@ from afferents.store.zarr_store import (
     create_store,
     is_whole,
     open_responses,
+    recordings_there,
+    remove_empty,
     require_no_store,
     require_same_files,
-    store_config,
     write_responses,
 )
 
@@ -103,7 +105,7 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     """Extract every recording that the store does not hold yet.
 
     What it holds under another declaration is removed first: if a recording then fails, or the
-    command is stopped, no old responses are left among the new.
+    command is stopped, no old responses are left among the new. A store without any is removed.
 
     Returns
     -------
@@ -132,7 +134,11 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
         outcomes = _outcomes(session, sensors, declared, reference, extraction, progress)
-        return _failures(session, outcomes, extraction, progress)
+        try:
+            with closing(outcomes):  # no process writes any more
+                return _failures(session, outcomes, extraction, progress)
+        finally:
+            remove_empty(extraction.out, declared)
 
 
 def _remove_declared_otherwise(session: Session, declared: Mapping[str, str], store: Path) -> None:
@@ -185,7 +191,7 @@ def _outcomes(
     reference: Positions | None,
     extraction: Extraction,
     progress: Progress,
-) -> Iterator[tuple[str, str | None]]:
+) -> Generator[tuple[str, str | None], None, None]:
     """Extract here or on a cluster; yield each recording's name, and what is wrong with it."""
     light = replace(extraction, session=session.root)  # what goes to each process
     jobs = (
@@ -402,5 +408,5 @@ def extract(
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)
-    nothing = len(skipped) == len(store_config(Path(out))["recordings"])
-    return Extracted([] if nothing else open_responses(Path(out)), skipped)
+    found = open_responses(Path(out)) if recordings_there(Path(out)) else []
+    return Extracted(found, skipped)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure, FigureBase
@@ -45,31 +45,34 @@ DPI = 160
 _COLUMNS = 3
 _FOOTER_INCH = 0.22
 
-styled = rc_context(
-    {
-        "font.family": "DejaVu Sans",
-        "font.size": 8.5,
-        "text.color": INK,
-        "text.parse_math": False,  # a $ is part of a name
-        "axes.edgecolor": GREY,
-        "axes.labelcolor": INK,
-        "axes.linewidth": 0.7,
-        "axes.titlesize": 8.5,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "xtick.color": GREY,
-        "ytick.color": GREY,
-        "xtick.labelcolor": INK,
-        "ytick.labelcolor": INK,
-        "xtick.labelsize": 7.5,
-        "ytick.labelsize": 7.5,
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "lines.linewidth": 1.1,
-        "legend.frameon": False,
-        "legend.fontsize": 8,
-        "figure.facecolor": "white",
-    }
+styled = style.context(
+    [
+        "default",  # whatever a user's matplotlibrc says, such as text.usetex
+        {
+            "font.family": "DejaVu Sans",
+            "font.size": 8.5,
+            "text.color": INK,
+            "text.parse_math": False,  # a $ is part of a name
+            "axes.edgecolor": GREY,
+            "axes.labelcolor": INK,
+            "axes.linewidth": 0.7,
+            "axes.titlesize": 8.5,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "xtick.color": GREY,
+            "ytick.color": GREY,
+            "xtick.labelcolor": INK,
+            "ytick.labelcolor": INK,
+            "xtick.labelsize": 7.5,
+            "ytick.labelsize": 7.5,
+            "xtick.major.width": 0.7,
+            "ytick.major.width": 0.7,
+            "lines.linewidth": 1.1,
+            "legend.frameon": False,
+            "legend.fontsize": 8,
+            "figure.facecolor": "white",
+        },
+    ]
 )
 """Decorator of the functions that draw: the look holds while they run and nowhere else."""
 

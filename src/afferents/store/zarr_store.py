@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from afferents import dims
 from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import require_same_config, write_aside
+from afferents.files import remove, require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.quality.image import ImageQuality
 from afferents.store.integrity import (
@@ -93,6 +93,19 @@ def create_parents(store: Path, names: Iterable[str]) -> None:
     for parent in sorted(store / name for name in inside):
         if not (parent / ROOT).is_file():
             _write_group(parent, {})
+
+
+def remove_empty(store: Path, names: Iterable[str]) -> None:
+    """Remove the groups of a store in which no recording of these names stands, and an empty store.
+
+    Other files in the store's folder stay.
+    """
+    whole = [name for name in names if (store / name / ROOT).is_file()]
+    used = {Path(), *map(Path, whole)}.union(*(Path(name).parents for name in whole))
+    for parent in {parent for name in names for parent in Path(name).parents} - used:
+        remove(store / parent)
+    if not whole:
+        remove(store / ROOT)
 
 
 def store_config(store: Path) -> dict[str, Any]:

@@ -86,6 +86,7 @@ def test_entries_are_read_again_and_stand_in_a_table_best_first(entries, does):
     out, found = entries
     there = read_entries(out / "entries")
     assert {entry.model: entry for entry in there} == found
+    assert read_entries(out) == there  # what `benchmark run --out` wrote
     rows = table(there)
     assert list(rows["whole"]) == sorted(rows["whole"], reverse=True)
     said = does("benchmark", "table", out / "entries", "--out", out / "tables")

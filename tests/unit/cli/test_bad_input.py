@@ -75,6 +75,14 @@ def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
     assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
 
 
+def test_a_texture_of_which_nothing_can_be_read_leaves_no_group(fails, broken, tmp_path):
+    for sound in (broken / "2").glob("*/audio.wav"):
+        sound.write_text(f"not the wav {sound}")
+    fails("extract", broken, tmp_path / "o.zarr", *ALONE, "--keep-going", code=3)
+    assert not (tmp_path / "o.zarr" / "2").exists()
+    assert (tmp_path / "o.zarr" / "1").exists()
+
+
 def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, does, broken, tmp_path):
     soundfile.write(broken / "2/30/audio.wav", np.zeros((6800, 2)), 8000)  # 0.85 s
     declared = json.loads((broken / "session.json").read_text())

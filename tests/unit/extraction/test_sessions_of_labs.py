@@ -137,7 +137,9 @@ def test_a_failed_extraction_does_not_block_the_next(lab, fails, run, does, othe
     """What a session says of its sensor is overruled by the command."""
     command = ("extract", lab(f'sensor = "{other_sensor}"\n' + PATTERN), tmp_path / "s.zarr")
     assert "felt_1.mkv: expected " in fails(*command, *ALONE)
+    assert not (tmp_path / "s.zarr").exists()
     assert run(*command, "--keep-going", *ALONE)[0] == 3
+    assert not (tmp_path / "s.zarr").exists()
     does(*command, "--sensor", "tip_b", *ALONE)
     assert len(afferents.open_responses(tmp_path / "s.zarr")) == 2
     another = fails(*command, "--sensor", other_sensor, *ALONE)
