@@ -29,10 +29,8 @@ TEXTURES, SPEEDS, HELD_OUT = ("0", "1.5", "5"), (20, 40, 70), 40
 NETWORK, SOLVED = "sa-se", "ra-wave-vector"
 RECIPE = "max_epochs = 1\nlearning_rate = 1e-4\n"
 """One short pass, so that what other processors round differently grows little."""
-INSTRUCTIONS = {
-    "ONEDNN_MAX_CPU_ISA", "ATEN_CPU_CAPABILITY", "OPENBLAS_CORETYPE", "MKL_CBWR",
-    "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME", "OPENCV_CPU_DISABLE",
-}  # fmt: skip
+TOLD = ("ONEDNN_", "ATEN_", "MKL_", "OMP_", "OPENBLAS_", "NPY_", "NUMBA_", "OPENCV_")
+"""Names of variables by which libraries are told how to compute begin so."""
 ENCODED = {NETWORK: ("sa1", "spatial"), SOLVED: ("ra1_vector", "wavenumbers")}
 
 
@@ -55,9 +53,9 @@ def some(values: np.ndarray) -> list[float | None]:
 def processor() -> str:
     """Return what processors have in common on which all libraries round alike."""
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    known = [next(line for line in lines if line.startswith(k)) for k in ("model name", "flags")]
-    chosen = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k in INSTRUCTIONS]
-    return hashlib.sha256("\n".join(known + chosen).encode()).hexdigest()[:16]
+    known = {line for line in lines if line.startswith(("model name", "flags", "Features"))}
+    chosen = {f"{k}={v}" for k, v in os.environ.items() if k.startswith(TOLD)}
+    return hashlib.sha256("\n".join(sorted(known | chosen)).encode()).hexdigest()[:16]
 
 
 def truth(session: Path) -> dict[str, object]:

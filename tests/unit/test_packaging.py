@@ -19,6 +19,7 @@ ON_CONDA_FORGE = {
     "sounddevice": "python-sounddevice",
     "soundfile": "pysoundfile",
 }
+SCRIPTS = [path.relative_to(ROOT) for path in sorted((ROOT / "scripts").glob("*.sh"))]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -51,6 +52,12 @@ def test_the_extras_are_those_that_the_docs_list():
     page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\| `([\w-]+)` \|", page, flags=re.MULTILINE)
     assert sorted(listed) == sorted(PROJECT["project"]["optional-dependencies"])
+
+
+@pytest.mark.parametrize("file", ["Makefile", "CONTRIBUTING.md", *SCRIPTS], ids=str)
+def test_the_tests_that_are_named_are_there(file):
+    named = re.findall(r"\btests/[\w./-]*\w", (ROOT / file).read_text(encoding="utf-8"))
+    assert [path for path in named if not (ROOT / path).exists()] == []
 
 
 def test_dev_brings_all_the_other_extras():

@@ -35,7 +35,9 @@ def test_every_network_learns_a_separable_problem(encoding, shape, make_problem,
     probabilities = predict(trained.model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     assert accuracy > 0.9
-    assert accuracy == pytest.approx(trained.history[trained.best_epoch - 1].validation_accuracy)
+    # Batches of another size may round otherwise, which decides between two textures for a few.
+    validated, few = trained.history[trained.best_epoch - 1], 2 / len(problem.validation)
+    assert accuracy == pytest.approx(validated.validation_accuracy, abs=few)
 
 
 def test_data_are_copied_to_a_gpu_alone_and_gathered_there(make_problem):
