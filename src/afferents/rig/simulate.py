@@ -71,7 +71,7 @@ def simulate_session(
         missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
         if cluster is None:
             jobs = ((simulation, *run) for run in missing)
-            names = side_by_side(_record_one, jobs, workers, progress.note)
+            names: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
         else:
             names = _record_there(simulation, missing, cluster)
         n = len(simulation.names)
