@@ -136,3 +136,23 @@ def test_clips_of_two_sensors_or_sizes_are_refused(draw, video, rings, grid):
         calibrate_from_clips([video([draw(rings)] * 9), video(small)], "mine")
     with pytest.raises(InputError, match=r"expected the 37 markers of .*found \d+ of them"):
         calibrate_from_clips([video([draw(rings)] * 9), video([draw(grid)] * 9)], "mine")
+
+
+@pytest.mark.parametrize(("skin", "noise"), [(8, 2), (120, 6), (120, 20)])
+def test_noise_is_no_sensor(skin, noise, video):
+    rng = np.random.default_rng(1)
+    images = np.clip(rng.normal(skin, noise, (12, 240, 320)), 0, 255).astype(np.uint8)
+    with pytest.raises(InputError, match=r"at least 6 bright or dark blobs of like size, found 0"):
+        calibrate_from_clips(video(images), "mine")
+
+
+@pytest.mark.parametrize("noise", [2, 6])
+@pytest.mark.parametrize(("rows", "columns"), [(2, 5), (1, 10)])
+def test_ten_clear_markers_are_found_in_noise(rows, columns, noise, draw, video):
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    markers = np.stack([x.ravel(), y.ravel()], axis=1) * 28.0 + 30
+    taken = draw(markers) + np.random.default_rng(1).normal(0, noise, (12, 240, 320))
+    found = calibrate_from_clips(video(np.clip(taken, 0, 255).astype(np.uint8)), "mine")
+    order = np.lexsort((found.position[:, 0], found.position[:, 1].round(-1)))
+    np.testing.assert_allclose(found.position[order], markers, atol=0.5)
+    assert found.sensor.layout == ("square" if rows > 1 else "free")
