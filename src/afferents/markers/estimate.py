@@ -69,9 +69,9 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
     """
     n_blobs, detector, centre = _describe_markers(image, image)
     if n_blobs < FEWEST_BY_GREY:
-        n_evened, *evened = _describe_markers(_evened(image), image)
-        if n_evened > MORE * n_blobs and len(evened[1]) > len(centre):
-            detector, centre = evened
+        evened = _describe_markers(_evened(image), image)
+        if evened[0] > MORE * n_blobs and len(evened[2]) > len(centre):
+            _, detector, centre = evened
     if detector is None or len(centre) < FEWEST:
         raise InputError(
             f"{where}: expected at least {FEWEST} bright or dark blobs of like size, found "
