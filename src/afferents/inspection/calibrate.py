@@ -45,7 +45,9 @@ def calibrate_sensor(
     for n, video in enumerate(videos):
         if any(video.resolve() == other.resolve() for other in videos[:n]):
             raise InputError(f"{video}: expected each clip once, found it twice")
-    picture = out.with_suffix(".png")
+    # A name that ends in a digit would be taken for an image of a numbered series.
+    end = "-markers.png" if out.stem[-1].isdigit() else ".png"
+    picture = out.with_name(out.stem + end)
     require_free(out, "a sensor file", lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
     require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
@@ -116,13 +118,21 @@ def _again(found: Calibration) -> str:
 
 
 def _motion(found: Calibration) -> list[str]:
-    """Say where the skin moved, which makes places at rest doubtful."""
-    moved = [clip for clip in found.clips if clip.n_still < clip.n_looked]
-    return [
-        f"{clip.video.path.name}: the skin moves from frame {clip.n_still} on, so {clip.n_still} "
-        f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
-        for clip in moved
-    ]
+    """Say where old frames were left out, and where the skin moved: places at rest are doubtful."""
+    sentences = []
+    for clip in found.clips:
+        name, start = clip.video.path.name, clip.rest_frame
+        if start:
+            sentences.append(
+                f"{name}: the picture jumps, and stands still from frame {start} on; frames before "
+                "it are left out, as rest_frame in the sensor file says."
+            )
+        if clip.n_still < clip.n_looked:
+            sentences.append(
+                f"{name}: the skin moves from frame {start + clip.n_still} on, so {clip.n_still} "
+                f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
+            )
+    return sentences
 
 
 def calibrate(

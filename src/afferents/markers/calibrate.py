@@ -13,7 +13,7 @@ from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
-from afferents.markers.rest import N_FRAMES, AtRest, seen_at_rest, still_picture
+from afferents.markers.rest import N_FRAMES, AtRest, count_stale, seen_at_rest, still_picture
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
@@ -42,7 +42,9 @@ class Clip:
     seen
         What is found in it.
     n_still, n_looked
-        Frames from the first in which the skin did not move, of those looked at.
+        Frames from the rest frame on in which the skin did not move, of those looked at.
+    rest_frame
+        Index of the first frame at rest: those before it are old (`count_stale`).
     """
 
     video: Video
@@ -51,6 +53,7 @@ class Clip:
     seen: AtRest
     n_still: int
     n_looked: int
+    rest_frame: int
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,15 @@ def look_at_rest(video: Video) -> Clip:
     InputError
         If it has no frames, or shows no markers.
     """
-    images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
+    images = [frame.image for frame in islice(video.frames(), 2 * N_FRAMES)]
     if not images:
         raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
-    image, n_still = still_picture(images, estimate_detector(images[0], video.path))
+    at_first = estimate_detector(images[0], video.path)
+    rest_frame = count_stale(images, at_first)
+    images = images[rest_frame : rest_frame + N_FRAMES]
+    image, n_still = still_picture(images, at_first)
     sensor = estimate_detector(image, video.path)
-    return Clip(video, image, sensor, seen_at_rest(image, sensor), n_still, len(images))
+    return Clip(video, image, sensor, seen_at_rest(image, sensor), n_still, len(images), rest_frame)
 
 
 def seen_in_most(clips: Sequence[Clip]) -> Positions:
@@ -136,7 +142,8 @@ def follow_on(clip: Clip, position: Positions) -> Followed:
     )
     tracker = Tracker(clip.sensor, rest, "windowed", clip.image, None, present)
     n_found, n_frames, moved = np.zeros(len(rest), dtype=np.intp), 0, MovedFrames()
-    for index, frame in enumerate(islice(clip.video.frames(), clip.n_still + MOST_FOLLOWED)):
+    stop = clip.rest_frame + clip.n_still + MOST_FOLLOWED
+    for index, frame in enumerate(islice(clip.video.frames(), clip.rest_frame, stop)):
         seen = tracker.step(frame.image)
         if index >= clip.n_still:
             n_frames += 1
@@ -226,7 +233,8 @@ def calibrate_from_clips(
         order = np.lexsort((position[:, 0], position[:, 1]))
         position = position[order]
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
-    described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
+    rest_frame = max(clip.rest_frame for clip in clips)
+    described = first.sensor.model_dump() | places | {"name": name, "rest_frame": rest_frame}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
     picture = measure_image_quality(first.image, position, spacing_px(position))
     return Calibration(

@@ -103,6 +103,8 @@ _ANOTHER = 0.12
 median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
 _ANOTHER_FOLLOWED = 0.1
 """The same once each marker is looked for where those around it went: 0.12 and 0.08 measured."""
+IN_LINE = 0.05
+"""Markers whose spread across is below this share of that along stand in one line: no lattice."""
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 
@@ -141,6 +143,9 @@ def find_layout(position: Positions) -> FoundLayout:
     grid = find_grid(position)
     if grid is not None:
         return FoundLayout("square", grid, grid.roll_deg, spacing)
+    length, width = np.linalg.svd(position - position.mean(axis=0), compute_uv=False)
+    if width < IN_LINE * length:
+        return FoundLayout("free", None, float("nan"), spacing)
     order, roll = _hexagonal_order(position)
     if order > ORDERED:
         return FoundLayout("hexagonal", None, roll, spacing)

@@ -27,6 +27,8 @@ N_FRAMES = 9
 _NONE = np.zeros((0, 2))
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
+STALE_SHARE = 0.75
+"""Of old pictures, a quarter of the markers lies elsewhere: a touch moves those under it."""
 
 
 def rest_images(video: Video, rest_frame: int) -> list[GreyImage]:
@@ -52,16 +54,28 @@ def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
     return InputError(f"{video.path}: expected {expected}, found {n_frames}")
 
 
-def count_still(images: Sequence[GreyImage], sensor: Sensor) -> int:
-    """Return how many frames, from the first on, show the skin where the first one does."""
+def count_still(images: Sequence[GreyImage], sensor: Sensor, share: float = 0.5) -> int:
+    """Return how many frames from the first show at least a share of markers where it does."""
     first = detect(images[0], sensor)
     for n, image in enumerate(images[1:], start=1):
         found = detect(image, sensor)
         if len(found) == 0 or len(first) == 0:
             return n
-        if np.median(cKDTree(found).query(first)[0]) > MOST_MOVED_PX:
+        if np.quantile(cKDTree(found).query(first)[0], share) > MOST_MOVED_PX:
             return n
     return len(images)
+
+
+def count_stale(images: Sequence[GreyImage], sensor: Sensor) -> int:
+    """Return how many frames to leave out at the start: a camera's buffer may hold old pictures.
+
+    Those show the skin at rest elsewhere: it jumps within one frame, and then stands still for
+    `N_FRAMES`. A touch takes several frames, so that a clip that begins at rest keeps its start.
+    """
+    n_still = count_still(images[:N_FRAMES], sensor, STALE_SHARE)
+    after = images[n_still : n_still + N_FRAMES]
+    stale = n_still < N_FRAMES and count_still(after, sensor, STALE_SHARE) == N_FRAMES
+    return n_still if stale else 0
 
 
 def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImage, int]:

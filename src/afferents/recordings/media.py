@@ -6,9 +6,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from afferents.errors import InputError, reason_of, then
 from afferents.files import is_hidden, walk
@@ -71,6 +73,17 @@ class ImageFolder:
         return dict(sorted(found.items()))
 
     @cached_property
+    def bits(self) -> int | None:
+        """Bits of a grey level in 16-bit images: up to the highest that one uses; None of others.
+
+        Cameras of 10 or 12 bits leave the upper bits of a 16-bit file empty.
+        """
+        paths = list(self.numbered.values())
+        if _decode(paths[0], cv2.IMREAD_UNCHANGED).dtype != np.uint16:
+            return None
+        return max(8, *(int(_decode(path, _AS_STORED).max()).bit_length() for path in paths))
+
+    @cached_property
     def _size(self) -> tuple[int, int]:
         first = _read(next(iter(self.numbered.values())))
         return first.shape[1], first.shape[0]
@@ -121,7 +134,7 @@ class ImageFolder:
         """
         first = next(iter(self.numbered))
         for number, path in self.numbered.items():
-            image = _read(path)
+            image = _read(path, self.bits)
             if image.shape != (self.height, self.width):
                 found = f"{image.shape[1]}x{image.shape[0]}"
                 raise InputError(
@@ -130,13 +143,24 @@ class ImageFolder:
             yield Frame((number - first) / self._step / self.fps_hz, image)
 
 
-def _read(path: Path) -> GreyImage:
-    """Return an image in grey, (height, width) uint8."""
+_AS_STORED = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
+"""Grey, with all bits."""
+
+
+def _read(path: Path, bits: int | None = None) -> GreyImage:
+    """Return an image in grey, (height, width) uint8; `bits` are those of `ImageFolder.bits`."""
+    if bits is None:
+        return np.asarray(_decode(path, cv2.IMREAD_GRAYSCALE), np.uint8)
+    return np.asarray(_decode(path, _AS_STORED) >> (bits - 8), np.uint8)
+
+
+def _decode(path: Path, how: int) -> NDArray[Any]:
+    """Return an image as OpenCV decodes it."""
     data = np.fromfile(path, np.uint8)
-    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
+    image = cv2.imdecode(data, how) if data.size else None
     if image is None:
         raise InputError(f"{path}: expected a readable image, found none in it")
-    return np.asarray(image, np.uint8)
+    return np.asarray(image)
 
 
 # Files that hold a recording: videos of any container, folders of images, sound.

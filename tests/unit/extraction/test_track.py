@@ -41,7 +41,8 @@ def test_a_sensor_is_calibrated_and_used(does, clip, tmp_path):
 
 
 def test_a_folder_of_images_is_a_clip_whose_rate_must_be_said(does, fails, clip, tmp_path):
-    images, sensor = tmp_path / "rest", tmp_path / "mine.toml"
+    images = tmp_path / "rest"
+    sensor = images / "mine1.toml"  # its picture is no image 1 of the clip
     images.mkdir()
     for n, image in enumerate(images_of(clip)[:15]):
         cv2.imwrite(str(images / f"{n}.png"), image)

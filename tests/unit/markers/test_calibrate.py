@@ -1,5 +1,7 @@
 """From a clip at rest to a sensor file that finds its markers again."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,9 @@ from afferents.errors import InputError
 from afferents.markers.calibrate import calibrate_from_clips, sensor_toml
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import track_markers
+from afferents.recordings.video import open_clip
+
+GRASPS = Path(__file__).resolve().parents[3] / "../shared/datasets/gelsight_grasps"
 
 
 @pytest.fixture
@@ -136,3 +141,45 @@ def test_clips_of_two_sensors_or_sizes_are_refused(draw, video, rings, grid):
         calibrate_from_clips([video([draw(rings)] * 9), video(small)], "mine")
     with pytest.raises(InputError, match=r"expected the 37 markers of .*found \d+ of them"):
         calibrate_from_clips([video([draw(rings)] * 9), video([draw(grid)] * 9)], "mine")
+
+
+@pytest.mark.parametrize(("skin", "noise"), [(8, 2), (120, 6), (120, 20)])
+def test_noise_is_no_sensor(skin, noise, video):
+    rng = np.random.default_rng(1)
+    images = np.clip(rng.normal(skin, noise, (12, 240, 320)), 0, 255).astype(np.uint8)
+    with pytest.raises(InputError, match=r"at least 6 bright or dark blobs of like size, found 0"):
+        calibrate_from_clips(video(images), "mine")
+
+
+@pytest.mark.parametrize("noise", [2, 6])
+@pytest.mark.parametrize(("rows", "columns"), [(2, 5), (1, 10)])
+def test_ten_clear_markers_are_found_in_noise(rows, columns, noise, draw, video):
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    markers = np.stack([x.ravel(), y.ravel()], axis=1) * 28.0 + 30
+    taken = draw(markers) + np.random.default_rng(1).normal(0, noise, (12, 240, 320))
+    found = calibrate_from_clips(video(np.clip(taken, 0, 255).astype(np.uint8)), "mine")
+    order = np.lexsort((found.position[:, 0], found.position[:, 1].round(-1)))
+    np.testing.assert_allclose(found.position[order], markers, atol=0.5)
+    assert found.sensor.layout == ("square" if rows > 1 else "free")
+
+
+def test_old_frames_before_those_at_rest_are_left_out(draw, video, grid, tmp_path):
+    pressed = np.where(grid[:, :1] < 120, grid + np.array([4, 0]), grid)  # under a touch alone
+    clip = video([draw(pressed)] * 5 + [draw(grid)] * 12)
+    sensor = written(calibrate_from_clips(clip, "mine"), tmp_path)
+    assert sensor.rest_frame == 5
+    np.testing.assert_allclose(track_markers(clip, sensor)[dims.REST_POSITION], grid, atol=0.5)
+
+
+def test_a_touch_after_few_frames_at_rest_leaves_rest_where_it_is(draw, video, grid):
+    away = [0] * 5 + [1, 3, 5] + [6] * 12
+    found = calibrate_from_clips(video([draw(grid + np.array([x, 0])) for x in away]), "mine")
+    assert found.sensor.rest_frame == 0
+    np.testing.assert_allclose(found.position, grid, atol=0.5)
+
+
+@pytest.mark.skipif(not GRASPS.is_dir(), reason="no grasps at ../shared/datasets")
+@pytest.mark.parametrize("name", ["ball_white_thread_2", "blue_mug_1", "blue_mug_8"])
+def test_grasps_that_begin_with_frames_of_the_grasp_before(name):
+    found = calibrate_from_clips(open_clip(GRASPS / f"{name}.avi"), "mine")
+    assert (found.sensor.rest_frame, len(found.position)) == (5, 35)

@@ -37,6 +37,17 @@ def test_numbers_may_count_in_steps(tmp_path):
         next(ImageFolder(tmp_path, 10.0).frames())
 
 
+@pytest.mark.parametrize(("ending", "bits"), [("png", 8), ("png", 10), ("tif", 12), ("png", 16)])
+def test_the_bits_of_16_bit_images_are_found_over_the_whole_folder(ending, bits, tmp_path):
+    levels = [10, 20, 255]  # only the last one uses the highest bit
+    for n, level in enumerate(levels):
+        image = np.full((4, 6), level << (bits - 8), np.uint16)
+        cv2.imwrite(str(tmp_path / f"{n}.{ending}"), image)
+    images = ImageFolder(tmp_path, 10.0)
+    assert [frame.image[0, 0] for frame in images.frames()] == levels
+    assert images.bits == bits
+
+
 def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
     with pytest.raises(InputError, match="numbered images, found none in it"):
         next(ImageFolder(tmp_path_factory.mktemp("empty"), 10.0).frames())
