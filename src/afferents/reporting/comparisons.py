@@ -172,8 +172,8 @@ def _means(epochs: Sequence[FirstEpoch]) -> str:
 def differences(summary: Summary) -> pd.DataFrame | None:
     """Return the table of paired differences; None where there is nothing to compare.
 
-    Of the paper's models those pairs that differ in one thing (afferent, encoding or stretching)
-    are shown, of other models all; the summary holds every pair.
+    First come those pairs of the paper's models that differ in one thing (afferent, encoding or
+    stretching), then all pairs with other models; the summary holds every pair.
     """
     split = summary.split
     rows: list[tuple[Cell, ...]] = [
@@ -182,7 +182,7 @@ def differences(summary: Summary) -> pd.DataFrame | None:
             one.protocol,
             points(one),
         )
-        for one in summary.comparisons
+        for one in sorted(summary.comparisons, key=lambda c: not {c.model, c.than} <= set(TABLE1))
         if differ_in_one_thing(one.model, one.than)
     ]
     pairs = list(dict.fromkeys(row[0] for row in rows))
