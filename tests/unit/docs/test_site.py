@@ -78,8 +78,15 @@ def test_encodings_have_the_papers_names():
     for page in ("glossary", "paper", "results"):
         text = " ".join((DOCS / f"{page}.md").read_text().split())
         assert [name for name in names.values() if name not in text] == []
-    texts = [*DOCS.rglob("*.md"), *(ROOT / "src").rglob("*.py"), *DOCS.rglob("*.py")]
-    assert [path for path in texts if re.search(r"single\s+exposure", path.read_text())] == []
+
+
+def test_nothing_is_said_of_the_paper_that_it_does_not_say():
+    wrong = (
+        r"single\s+exposure|bumps\s+0\s+to\s+6|44\s+places|LEDs\s+round|paper's\s+a\s+minute|"
+        r"(paper's\s+own|published)\s+recipe|once\s+a\s+\W*session\W*,\s+as\s+in\s+the\s+paper"
+    )
+    texts = [*DOCS.rglob("*.md"), *DOCS.rglob("*.py"), *(ROOT / "src").rglob("*.[pm][yd]")]
+    assert [path for path in texts if re.search(wrong, path.read_text())] == []
 
 
 def test_source_files_that_pages_name_are_there():

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from afferents.rig import NUISANCES, Rig, bumped_surface
+from afferents.cli.rig import drum
+from afferents.rig import NUISANCES, Drum, Rig, bumped_surface
 from afferents.store.recording import LETTERS, folder_of
 
 ROOT = Path(__file__).parents[3]
@@ -18,6 +19,15 @@ def test_every_constant_has_a_source(monkeypatch):
         for source in SOURCES.values()
     )
     assert constants_table().count("\n") == len(SOURCES) + 1  # refuses what has no source
+
+
+def test_where_a_drum_is_offered_its_bumps_diameter_is_called_a_guess():
+    for text in (PAGE, drum.__doc__, Drum.__doc__):
+        assert "guess" in text
+        assert "Figure 3 of the paper" in " ".join(text.split())
+    assert f"d = {Drum().bump_ratio:g} x" in PAGE
+    assert "12 mm from the axis. The paper's is farther out, in the rim of a pad 40 mm" in PAGE
+    assert "nodules of 1.5 mm (in the paper 2 mm)" in PAGE
 
 
 def test_every_nuisance_stands_there_and_how_all_drums_with_bumps_rub():
