@@ -6,7 +6,7 @@ import os
 import pytest
 
 from afferents.errors import InputError
-from afferents.files import holds_only, remove_partials, write_aside, write_json
+from afferents.files import holds_only, remove_partials, safe_names, write_aside, write_json
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path):
@@ -102,3 +102,8 @@ def test_an_error_of_what_is_read_stays_what_it_is(tmp_path):
 
     with pytest.raises(FileNotFoundError):
         copy()
+
+
+def test_safe_names_stay_apart():
+    names = {"a/b_c": "a_b_c", "a_b/c": "a_b_c-2", "a:b_c": "a_b_c-3", "a_b_c-2": "a_b_c-2-2"}
+    assert safe_names([*names, "a/b_c"]) == names
