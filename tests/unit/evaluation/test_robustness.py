@@ -24,8 +24,10 @@ def test_each_fold_is_tested_under_every_amount(stores, tmp_path, monkeypatch, c
     samples = counts[counts["touch"] == "a sample"]
     asked = {("", "none"), ("markers", "0.001"), ("markers", "50"), ("frames", "0.1")}
     assert {*zip(samples["corruption"], samples["amount"], strict=True)} == asked
-    share = samples.groupby("amount")[["right", "n"]].sum().pipe(lambda t: t["right"] / t["n"])
-    assert share["0.001"] == pytest.approx(share["none"], abs=0.02)
+    counted = samples.groupby("amount")[["right", "n"]].sum()
+    share = counted["right"] / counted["n"]
+    few = 3 / counted["n"]["none"]  # samples at the edge between two textures
+    assert share["0.001"] == pytest.approx(share["none"], abs=few)
     assert share["50"] < share["none"]
     assert (tmp_path / "robustness.png").stat().st_size > 10_000
     assert "| `ra-wave-vector` | markers | 50 |" in (tmp_path / "robustness.md").read_text()

@@ -5,7 +5,7 @@ from pydantic import BaseModel
 
 from afferents.evaluation import fold_files, job_status, schemas
 
-PLAIN = {"Config", "Skipped", "Accepted"}
+PLAIN = {"Config", "Skipped", "WithIssues"}
 """Whose names of fields say all."""
 WRITTEN = [
     kind

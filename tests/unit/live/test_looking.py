@@ -183,8 +183,8 @@ def test_quality_says_what_is_wrong_with_pictures(squares):
     faint = draw(GRID, marker=60, skin=30)
     pipeline, _ = looked_at([cv2.GaussianBlur(faint, (0, 0), 3)] * 90)
     said = figures(pipeline.video)
-    assert said["grey levels"].issue.startswith("Faint: markers at grey level 5")
-    assert said["edges"].issue.startswith("Out of focus")
+    assert said["grey levels"].issue.startswith("faint markers, at grey level 5")
+    assert said["edges"].issue.endswith("focus the camera")
 
 
 def test_quality_and_spectrum_of_sound():
