@@ -166,12 +166,12 @@ def _decode(path: Path, how: int) -> NDArray[Any]:
 # Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
-SOUNDS = frozenset(
-    {".wav", ".flac", ".ogg", ".rf64", ".w64", ".aif", ".aiff", ".au", ".caf", ".mp3", ".opus"}
-)
+SOUNDS = frozenset({".wav", ".flac", ".ogg", ".rf64"})
 """Endings that are taken for videos and for sound; a file that is named may end otherwise."""
-OTHER_SOUNDS = frozenset({".m4a", ".aac", ".amr", ".wma"})
-"""Endings of sound that libsndfile can't read."""
+OTHER_SOUNDS = frozenset(
+    {".w64", ".aif", ".aiff", ".au", ".caf", ".mp3", ".opus", ".m4a", ".aac", ".amr", ".wma"}
+)
+"""Endings of sound that libsndfile can't read, or reads without a word where it was cut off."""
 
 _NAMED = 3
 

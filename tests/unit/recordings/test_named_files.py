@@ -242,10 +242,11 @@ def test_sound_that_is_not_read_is_named_within_videos_and_in_other_formats(tmp_
         noise.sample_rate = 44100
         for stream, frame in ((video, picture), (sound, noise)):
             container.mux([*stream.encode(frame), *stream.encode(None)])
-    (tmp_path / "felt_20.m4a").touch()
+    for ending in ("m4a", "mp3", "aiff"):
+        (tmp_path / f"felt_20.{ending}").touch()
     (tmp_path / "session.toml").write_text('pattern = "{texture}_{speed}.mp4"\n')
     beside, within = afferents.read_session(tmp_path).left_out()
-    assert beside.startswith("1 file is left out: felt_20.m4a; 'ffmpeg -i")
+    assert beside.startswith("3 files are left out: felt_20.aiff, felt_20.m4a, felt_20.mp3; 'ff")
     assert within == (
         "The video holds sound, which is left out: 'ffmpeg -i felt_20.mp4 -vn felt_20.wav' writes "
         "sound that is read."
@@ -254,16 +255,16 @@ def test_sound_that_is_not_read_is_named_within_videos_and_in_other_formats(tmp_
         WavFile(path).read()
 
 
-def test_sound_of_other_formats_and_endings_in_capitals_is_read(tmp_path, write_video):
-    for name, ending, form in (("felt", "AIFF", "AIFF"), ("silk", "aiff", "AIFF")):
+def test_endings_in_capitals_are_read(tmp_path, write_video):
+    for name, ending, form in (("felt", "FLAC", "FLAC"), ("silk", "flac", "FLAC")):
         write_video(tmp_path / f"{name}_20.avi")
         soundfile.write(tmp_path / f"{name}_20.{ending}", np.zeros(800), 8000, format=form)
-    toml = 'pattern = "{texture}_{speed}.AVI"\naudio_pattern = "{texture}_{speed}.aiff"\n'
+    toml = 'pattern = "{texture}_{speed}.AVI"\naudio_pattern = "{texture}_{speed}.flac"\n'
     (tmp_path / "session.toml").write_text(toml)
     session = afferents.read_session(tmp_path)
-    assert [one.audio.path.name for one in session.recordings] == ["felt_20.AIFF", "silk_20.aiff"]
+    assert [one.audio.path.name for one in session.recordings] == ["felt_20.FLAC", "silk_20.flac"]
     assert session.left_out() == []
-    (tmp_path / "session.toml").write_text('pattern = "{texture}_{speed}.aiff"\n')
+    (tmp_path / "session.toml").write_text('pattern = "{texture}_{speed}.flac"\n')
     assert afferents.read_session(tmp_path).recordings[0].audio.n_samples == 800
 
 
