@@ -74,7 +74,9 @@ def count_stale(images: Sequence[GreyImage], sensor: Sensor) -> int:
     """
     n_still = count_still(images[:N_FRAMES], sensor, STALE_SHARE)
     after = images[n_still : n_still + N_FRAMES]
-    stale = n_still < N_FRAMES and count_still(after, sensor, STALE_SHARE) == N_FRAMES
+    if len(after) < N_FRAMES or n_still == N_FRAMES:
+        return 0
+    stale = count_still(after, sensor, STALE_SHARE) == N_FRAMES
     return n_still if stale else 0
 
 

@@ -178,6 +178,12 @@ def test_a_touch_after_few_frames_at_rest_leaves_rest_where_it_is(draw, video, g
     np.testing.assert_allclose(found.position, grid, atol=0.5)
 
 
+@pytest.mark.parametrize("n_frames", [1, 3, 8])
+def test_a_clip_of_few_frames_is_calibrated(draw, video, grid, n_frames):
+    found = calibrate_from_clips(video([draw(grid)] * n_frames), "mine")
+    assert (found.sensor.rest_frame, len(found.position)) == (0, len(grid))
+
+
 @pytest.mark.skipif(not GRASPS.is_dir(), reason="no grasps at ../shared/datasets")
 @pytest.mark.parametrize("name", ["ball_white_thread_2", "blue_mug_1", "blue_mug_8"])
 def test_grasps_that_begin_with_frames_of_the_grasp_before(name):
