@@ -219,7 +219,7 @@ def _offset(folder: Path, sensor: Sensor) -> Offset:
     declared, own_hz = session_around(folder / VIDEO)
     tracks = track_markers(video_of(folder / VIDEO, declared, own_hz), sensor)
     audio = WavFile(folder / AUDIO, declared.channel)
-    felt = tracks.isel({dims.TIME: slice(sensor.rest_frame, None)})
+    felt = tracks.isel({dims.TIME: slice(tracks.attrs["rest_frame"], None)})
     try:
         return measure_offset(
             felt[dims.TIME].values,

@@ -9,6 +9,7 @@ from afferents.errors import InputError
 from afferents.files import Place, write_aside
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.estimate import looks
+from afferents.markers.rest import BITS, STALE, start_sentences
 from afferents.markers.sensor import DiscDetector, Sensor, load_sensor
 from afferents.outputs import has_mark, is_our_picture, require_free
 from afferents.progress import printable
@@ -118,21 +119,15 @@ def _again(found: Calibration) -> str:
 
 
 def _motion(found: Calibration) -> list[str]:
-    """Say where old frames were left out, and where the skin moved: places at rest are doubtful."""
-    sentences = []
-    for clip in found.clips:
-        name, start = clip.video.path.name, clip.rest_frame
-        if start:
-            sentences.append(
-                f"{name}: the picture jumps, and stands still from frame {start} on; frames before "
-                "it are left out, as rest_frame in the sensor file says."
-            )
-        if clip.n_still < clip.n_looked:
-            sentences.append(
-                f"{name}: the skin moves from frame {start + clip.n_still} on, so {clip.n_still} "
-                f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
-            )
-    return sentences
+    """Say how the clips start, and where the skin moved, which makes places at rest doubtful."""
+    clips = {clip.video.path.name: clip for clip in found.clips}
+    starts = {name: {STALE: clip.rest_frame, BITS: clip.bits} for name, clip in clips.items()}
+    return start_sentences(starts) + [
+        f"{name}: the skin moves from frame {clip.rest_frame + clip.n_still} on, so {clip.n_still} "
+        f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
+        for name, clip in clips.items()
+        if clip.n_still < clip.n_looked
+    ]
 
 
 def calibrate(

@@ -15,10 +15,10 @@ from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.detect import undistort
 from afferents.markers.grid import Grid
 from afferents.markers.places import images_of
-from afferents.markers.rest import N_FRAMES, check_size
+from afferents.markers.rest import MOST_STALE, N_FRAMES, STILL, check_size, stands_still_again
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
-from afferents.store.recording import Frame, Video
+from afferents.store.recording import Frame, GreyImage, Video
 
 Image = NDArray[np.float32]
 Response = NDArray[np.floating]
@@ -108,8 +108,13 @@ class Images:
 
     def begin(self) -> None:
         """Begin anew: the next frame is the first of a recording."""
-        self._tracker: Tracker | None = None
         self._n = 0
+        self._newest: list[GreyImage] = []
+        self._begin_at_rest()
+
+    def _begin_at_rest(self) -> None:
+        """Take the next frame for the skin at rest."""
+        self._tracker: Tracker | None = None
         self._fillers: dict[str, Filler] = {}
         self._now: Skin | None = None
         self._before: Skin | None = None
@@ -117,6 +122,7 @@ class Images:
     def skip(self) -> None:
         """Frames are missing before the next one: it has no RA-I."""
         self._now = None
+        self._newest = []
 
     def describe(self) -> str:
         """Say in a sentence which sensor is followed."""
@@ -133,8 +139,13 @@ class Images:
             If the rest frame does not show the sensor's markers, or is of another size.
         """
         self._n += 1
-        if self._n <= self._sensor.rest_frame:
+        n_tracked = self._n - 1 - self._sensor.rest_frame
+        if n_tracked < 0:
             return None
+        if n_tracked <= MOST_STALE + STILL:
+            self._newest = [*self._newest[-STILL - 2 :], frame.image.copy()]
+            if stands_still_again(self._newest, self._sensor):
+                self._begin_at_rest()
         if self._tracker is None:
             check_size("the pictures", frame.luma.shape[::-1], self._sensor)
             self._tracker = Tracker(self._sensor, levels=frame.levels)

@@ -13,7 +13,14 @@ from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
-from afferents.markers.rest import N_FRAMES, AtRest, count_stale, seen_at_rest, still_picture
+from afferents.markers.rest import (
+    N_FIRST,
+    N_FRAMES,
+    AtRest,
+    count_stale,
+    seen_at_rest,
+    still_picture,
+)
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
@@ -23,8 +30,10 @@ from afferents.store.recording import GreyImage, Video
 LEAST_ALIKE, IN_PLACE = 0.6, 0.2
 """Clips of one sensor show this share of each other's markers, for all their light, each within so
 much of a spacing of its place."""
-MOST_FOLLOWED = 300
-"""Frames after those at rest in which the markers are looked for again."""
+MOST_FOLLOWED, LEAST_AGAIN = 300, 0.25
+"""Frames after those at rest in which the markers are looked for again, and the share of them that
+is found in most of these: of noise 0.03 at most, of real clips 0.98, or 0.6 with lamps in the dots.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,8 @@ class Clip:
         Frames from the rest frame on in which the skin did not move, of those looked at.
     rest_frame
         Index of the first frame at rest: those before it are old (`count_stale`).
+    bits
+        Of each pixel, as the camera gave it.
     """
 
     video: Video
@@ -54,6 +65,7 @@ class Clip:
     n_still: int
     n_looked: int
     rest_frame: int
+    bits: int
 
 
 @dataclass(frozen=True)
@@ -83,15 +95,17 @@ def look_at_rest(video: Video) -> Clip:
     InputError
         If it has no frames, or shows no markers.
     """
-    images = [frame.image for frame in islice(video.frames(), 2 * N_FRAMES)]
-    if not images:
+    frames = list(islice(video.frames(), N_FIRST))
+    if not frames:
         raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
+    images = [frame.image for frame in frames]
     at_first = estimate_detector(images[0], video.path)
     rest_frame = count_stale(images, at_first)
     images = images[rest_frame : rest_frame + N_FRAMES]
     image, n_still = still_picture(images, at_first)
     sensor = estimate_detector(image, video.path)
-    return Clip(video, image, sensor, seen_at_rest(image, sensor), n_still, len(images), rest_frame)
+    seen, bits = seen_at_rest(image, sensor), frames[0].bits
+    return Clip(video, image, sensor, seen, n_still, len(images), rest_frame, bits)
 
 
 def seen_in_most(clips: Sequence[Clip]) -> Positions:
@@ -222,6 +236,11 @@ def calibrate_from_clips(
     followed = [follow_on(clip, position) for clip in clips]
     still = np.any([each.still for each in followed], axis=0)
     again, n_checked = _found_again(followed)
+    if again.sum() < LEAST_AGAIN * len(again) and n_checked:
+        raise InputError(
+            f"{first.video.path}: expected markers that are there in other frames, too, found "
+            f"{again.sum()} of {len(again)} blobs again, as of noise; check light and focus"
+        )
     suspects = np.concatenate([first.seen.suspects, position[still]])
     position, again = position[~still], again[~still]
     found = find_layout(position)
@@ -233,8 +252,7 @@ def calibrate_from_clips(
         order = np.lexsort((position[:, 0], position[:, 1]))
         position = position[order]
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
-    rest_frame = max(clip.rest_frame for clip in clips)
-    described = first.sensor.model_dump() | places | {"name": name, "rest_frame": rest_frame}
+    described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
     picture = measure_image_quality(first.image, position, spacing_px(position))
     return Calibration(

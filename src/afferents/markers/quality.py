@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.rest import start_sentences
 from afferents.quality.frames import (
     count_dropped,
     find_doubled_frames,
@@ -286,6 +287,7 @@ def describe(tracks: xr.Dataset) -> list[str]:
             if np.isnan(quality.jitter_px)
             else [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
         ),
+        *start_sentences({"this one": tracks.attrs}),
         _layout(tracks),
         *_audit(tracks),
         *_stop(tracks),

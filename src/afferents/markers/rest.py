@@ -1,7 +1,7 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
 from collections.abc import Mapping, Sequence
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MOST_FALSE, beyond_layout, without_false_markers
+from afferents.quality.frames import mean_change, sample_pixels
 from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
@@ -27,12 +28,18 @@ N_FRAMES = 9
 _NONE = np.zeros((0, 2))
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
-STALE_SHARE = 0.75
-"""Of old pictures, a quarter of the markers lies elsewhere: a touch moves those under it."""
+MOST_STALE, STILL = 8, 3
+"""So many frames of an earlier run may a camera's buffer give first; and in so many after them must
+the picture stand still."""
+N_FIRST = N_FRAMES + MOST_STALE + STILL
+"""Frames from the declared rest frame on that say where the skin is at rest."""
+CHANGED, SUDDEN, STALE_SHARE = 1.2, 4.0, 0.75
+"""From a stale frame to the next the picture changes more than so many times as much as in the
+frames around, and its markers, too: a quarter of them, since a touch moves those under it."""
 
 
 def rest_images(video: Video, rest_frame: int) -> list[GreyImage]:
-    """Decode a video up to its rest frame; return that frame and up to `N_FRAMES` - 1 after it.
+    """Decode a video up to its rest frame; return that frame and up to `N_FIRST` - 1 after it.
 
     Raises
     ------
@@ -40,7 +47,7 @@ def rest_images(video: Video, rest_frame: int) -> list[GreyImage]:
         If the video ends before it.
     """
     n_read, images = 0, []
-    for n_read, frame in enumerate(islice(video.frames(), rest_frame + N_FRAMES), start=1):
+    for n_read, frame in enumerate(islice(video.frames(), rest_frame + N_FIRST), start=1):
         if n_read > rest_frame:
             images.append(frame.image)
     if not images:
@@ -54,30 +61,60 @@ def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
     return InputError(f"{video.path}: expected {expected}, found {n_frames}")
 
 
-def count_still(images: Sequence[GreyImage], sensor: Sensor, share: float = 0.5) -> int:
-    """Return how many frames from the first show at least a share of markers where it does."""
-    first = detect(images[0], sensor)
-    for n, image in enumerate(images[1:], start=1):
-        found = detect(image, sensor)
-        if len(found) == 0 or len(first) == 0:
-            return n
-        if np.quantile(cKDTree(found).query(first)[0], share) > MOST_MOVED_PX:
-            return n
-    return len(images)
+def stands_still_again(images: Sequence[GreyImage], sensor: Sensor) -> bool:
+    """Say whether the skin stands still in the last `STILL` frames after it jumped.
+
+    A camera's buffer may first give frames of an earlier run: the picture stands still, is another
+    one from one frame to the next, and stands still again. A skin that moves takes several frames.
+
+    Parameters
+    ----------
+    images
+        The last frames, each (height, width), uint8: `STILL` + 3, or fewer from the first on.
+    """
+    if len(images) < STILL + 2:
+        return False
+    samples = [sample_pixels(image) for image in images]
+    changes = [mean_change(now, before) for before, now in pairwise(samples)]
+    jump = changes.pop(-STILL - 1)
+    if jump <= CHANGED * max(changes):  # spares most recordings the search for markers
+        return False
+    moved_px = [
+        _moved_px(detect(before, sensor), now, sensor, STALE_SHARE)
+        for before, now in pairwise(images)
+    ]
+    jump_px = moved_px.pop(-STILL - 1)
+    return max(MOST_MOVED_PX, SUDDEN * max(moved_px)) < jump_px < np.inf
 
 
 def count_stale(images: Sequence[GreyImage], sensor: Sensor) -> int:
-    """Return how many frames to leave out at the start: a camera's buffer may hold old pictures.
+    """Return how many frames come before the skin is at rest: 0 where it is from the first on.
 
-    Those show the skin at rest elsewhere: it jumps within one frame, and then stands still for
-    `N_FRAMES`. A touch takes several frames, so that a clip that begins at rest keeps its start.
+    Parameters
+    ----------
+    images
+        The frame declared as the rest frame and those after it, each (height, width), uint8.
     """
-    n_still = count_still(images[:N_FRAMES], sensor, STALE_SHARE)
-    after = images[n_still : n_still + N_FRAMES]
-    if len(after) < N_FRAMES or n_still == N_FRAMES:
-        return 0
-    stale = count_still(after, sensor, STALE_SHARE) == N_FRAMES
-    return n_still if stale else 0
+    for n in range(min(len(images) - 1, MOST_STALE + STILL), STILL, -1):
+        if stands_still_again(images[max(0, n - STILL - 2) : n + 1], sensor):
+            return n
+    return 0
+
+
+def _moved_px(first: Positions, image: GreyImage, sensor: Sensor, share: float = 0.5) -> float:
+    """Return how far a share of markers at most is from the nearest ones in a picture, px."""
+    found = detect(image, sensor)
+    some = len(first) and len(found)
+    return float(np.quantile(cKDTree(found).query(first)[0], share)) if some else float("inf")
+
+
+def count_still(images: Sequence[GreyImage], sensor: Sensor) -> int:
+    """Return how many frames, from the first on, show the skin where the first one does."""
+    first = detect(images[0], sensor)
+    for n, image in enumerate(images[1:], start=1):
+        if _moved_px(first, image, sensor) > MOST_MOVED_PX:
+            return n
+    return len(images)
 
 
 def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImage, int]:
@@ -86,11 +123,11 @@ def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImag
     Parameters
     ----------
     images
-        The rest frame and those after it, each (height, width), uint8.
+        The rest frame and those after it, each (height, width), uint8; `N_FRAMES` are looked at.
     sensor
         Says what markers look like.
     """
-    n_still = count_still(images, sensor)
+    n_still = count_still(images[:N_FRAMES], sensor)
     return median_picture(images[:n_still]), n_still
 
 
@@ -351,6 +388,7 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
 # It stands in the attributes of a recording's tracks, and so in those of its responses.
 
 BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
+STALE, BITS = "rest_stale", "bits"
 NAMED = 3
 """So many recordings are named in a sentence."""
 
@@ -368,6 +406,21 @@ def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
     }
 
 
+def start_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Say of recordings, by their attributes, which start with stale frames or have more bits."""
+    return [
+        *_said(
+            {name: f"{one[STALE]} frames" for name, one in attributes.items() if one.get(STALE)},
+            "the picture jumps in the first frames and then stands still, as where a camera's "
+            "buffer gives frames of an earlier run; rest is the frame after these",
+        ),
+        *_said(
+            {name: f"{one[BITS]} bits" for name, one in attributes.items() if one.get(BITS, 8) > 8},
+            "no pixel of its 16-bit images uses more, so this is taken for the camera's depth",
+        ),
+    ]
+
+
 def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """Say of recordings, by the attributes of their tracks, what was amiss in their rest frames.
 
@@ -377,6 +430,7 @@ def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
     published = {name: one for name, one in known.items() if one.get("method") == "published"}
     others = {name: one for name, one in known.items() if name not in published}
     return [
+        *start_sentences(known),
         *_said(
             {n: f"{o[BLOBS]} blobs" for n, o in published.items() if o[BLOBS] != o[MARKERS]},
             "the rest frame shows another number of blobs than markers; each marker took the "

@@ -16,8 +16,11 @@ from afferents.markers.detect import Positions, detect, spacing_px
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    N_FRAMES,
+    BITS,
+    N_FIRST,
+    STALE,
     check_size,
+    count_stale,
     find_rest_markers,
     median_picture,
     order_markers,
@@ -249,6 +252,7 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     """
     check_size(video.path, (video.width, video.height), sensor)
     images = rest_images(video, sensor.rest_frame)
+    images = images[count_stale(images, sensor) :]
     found = find_rest_markers(images, sensor, video.path, "windowed")
     rest = order_markers(found, sensor, "windowed", None, video.path)
     still = median_picture(images[: found.n_still])
@@ -305,11 +309,14 @@ def track_markers(
     check_size(video.path, (video.width, video.height), sensor)
     passed = _Passed()
     coming = passed.frames_of(video)
-    at_rest = list(islice(coming, sensor.rest_frame + N_FRAMES))[sensor.rest_frame :]
+    at_rest = list(islice(coming, sensor.rest_frame + N_FIRST))[sensor.rest_frame :]
     if passed.stopped and not (at_rest and keep_partial):
         raise AfferentsError(passed.stopped)
     if not at_rest:
         raise too_short(video, sensor.rest_frame, len(passed.time_s))
+    images = [frame.image for frame in at_rest]
+    n_stale = 0 if method == "published" else count_stale(images, sensor)
+    at_rest = at_rest[n_stale:]
     tracker, present, grid, seen = _start(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
@@ -325,10 +332,11 @@ def track_markers(
     return tracks.assign_attrs(
         sensor=sensor.name,
         method=method,
-        rest_frame=sensor.rest_frame,
+        rest_frame=sensor.rest_frame + n_stale,
         stopped=passed.stopped,
         jumps_s=jumps_s,
         **seen,
+        **{STALE: n_stale, BITS: at_rest[0].bits},
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 

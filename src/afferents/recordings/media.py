@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, reason_of, then
 from afferents.files import is_hidden, walk
-from afferents.store.recording import Frame, GreyImage, natural_order
+from afferents.store.recording import Frame, natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
 """Endings of what is taken for an image."""
@@ -73,30 +73,30 @@ class ImageFolder:
         return dict(sorted(found.items()))
 
     @cached_property
-    def bits(self) -> int | None:
-        """Bits of a grey level in 16-bit images: up to the highest that one uses; None of others.
+    def bits(self) -> int:
+        """Bits that the camera gave of each pixel: 8, or up to 16 in images of 16 bits.
 
-        Cameras of 10 or 12 bits leave the upper bits of a 16-bit file empty.
+        Cameras of 10, 12 or 14 bits leave the upper ones of 16 empty, and no header says so: it is
+        the least even number that holds the brightest pixel of all images.
         """
-        paths = list(self.numbered.values())
-        if _decode(paths[0], cv2.IMREAD_UNCHANGED).dtype != np.uint16:
-            return None
-        return max(8, *(int(_decode(path, _AS_STORED).max()).bit_length() for path in paths))
+        if self._first.dtype == np.uint8:
+            return 8
+        brightest = max(int(_read(path).max()) for path in self.numbered.values())
+        return max(8, brightest.bit_length() + brightest.bit_length() % 2)
 
     @cached_property
-    def _size(self) -> tuple[int, int]:
-        first = _read(next(iter(self.numbered.values())))
-        return first.shape[1], first.shape[0]
+    def _first(self) -> NDArray[Any]:
+        return _read(next(iter(self.numbered.values())))
 
     @property
     def width(self) -> int:
         """Width of the first image, px."""
-        return self._size[0]
+        return int(self._first.shape[1])
 
     @property
     def height(self) -> int:
         """Height of the first image, px."""
-        return self._size[1]
+        return int(self._first.shape[0])
 
     @property
     def n_frames(self) -> int:
@@ -130,36 +130,28 @@ class ImageFolder:
         Raises
         ------
         InputError
-            If one can't be read, or is of another size than the first.
+            If one can't be read, or is of another size or type than the first.
         """
         first = next(iter(self.numbered))
         for number, path in self.numbered.items():
-            image = _read(path, self.bits)
-            if image.shape != (self.height, self.width):
-                found = f"{image.shape[1]}x{image.shape[0]}"
+            image = _read(path)
+            if (image.shape, image.dtype) != (self._first.shape, self._first.dtype):
+                found = f"{image.shape[1]}x{image.shape[0]} ({image.dtype})"
                 raise InputError(
-                    f"{path}: expected an image of {self.width}x{self.height} px, found {found}"
+                    f"{path}: expected an image of {self.width}x{self.height} px "
+                    f"({self._first.dtype}), found {found}"
                 )
-            yield Frame((number - first) / self._step / self.fps_hz, image)
+            time_s = (number - first) / self._step / self.fps_hz
+            yield Frame(time_s, (image >> (self.bits - 8)).astype(np.uint8), bits=self.bits)
 
 
-_AS_STORED = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
-"""Grey, with all bits."""
-
-
-def _read(path: Path, bits: int | None = None) -> GreyImage:
-    """Return an image in grey, (height, width) uint8; `bits` are those of `ImageFolder.bits`."""
-    if bits is None:
-        return np.asarray(_decode(path, cv2.IMREAD_GRAYSCALE), np.uint8)
-    return np.asarray(_decode(path, _AS_STORED) >> (bits - 8), np.uint8)
-
-
-def _decode(path: Path, how: int) -> NDArray[Any]:
-    """Return an image as OpenCV decodes it."""
+def _read(path: Path) -> NDArray[Any]:
+    """Return an image in grey, (height, width) uint8 or uint16."""
     data = np.fromfile(path, np.uint8)
-    image = cv2.imdecode(data, how) if data.size else None
-    if image is None:
-        raise InputError(f"{path}: expected a readable image, found none in it")
+    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH) if data.size else None
+    if image is None or image.dtype not in (np.uint8, np.uint16):
+        found = "none in it" if image is None else f"{image.dtype}; write it with these"
+        raise InputError(f"{path}: expected a readable image of 8 or 16 bits, found {found}")
     return np.asarray(image)
 
 

@@ -37,12 +37,15 @@ class Frame(NamedTuple):
         Grey level of each luma value, (256,); None where they are the same.
     in_colour
         Makes the picture in colour, (height, width, 3), blue, green, red; None of a grey one.
+    bits
+        That the camera gave of each pixel, of which the upper eight are kept.
     """
 
     time_s: float
     luma: GreyImage
     levels: GreyImage | None = None
     in_colour: Callable[[], NDArray[np.uint8]] | None = None
+    bits: int = 8
 
     @property
     def image(self) -> GreyImage:

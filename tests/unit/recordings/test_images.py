@@ -37,15 +37,34 @@ def test_numbers_may_count_in_steps(tmp_path):
         next(ImageFolder(tmp_path, 10.0).frames())
 
 
-@pytest.mark.parametrize(("ending", "bits"), [("png", 8), ("png", 10), ("tif", 12), ("png", 16)])
+@pytest.mark.parametrize(
+    ("ending", "bits"), [("png", 8), ("png", 10), ("tif", 12), ("png", 14), ("png", 16)]
+)
 def test_the_bits_of_16_bit_images_are_found_over_the_whole_folder(ending, bits, tmp_path):
     levels = [10, 20, 255]  # only the last one uses the highest bit
     for n, level in enumerate(levels):
-        image = np.full((4, 6), level << (bits - 8), np.uint16)
+        image = np.full((4, 6), (level << (bits - 8)) + (bits > 8), np.uint16)
         cv2.imwrite(str(tmp_path / f"{n}.{ending}"), image)
     images = ImageFolder(tmp_path, 10.0)
     assert [frame.image[0, 0] for frame in images.frames()] == levels
-    assert images.bits == bits
+    assert {frame.bits for frame in images.frames()} == {bits}
+
+
+def test_dark_images_are_not_brightened_to_a_depth_that_no_camera_has(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((4, 6), 0x7FF, np.uint16))
+    (frame,) = ImageFolder(tmp_path, 10.0).frames()
+    assert (frame.bits, frame.image[0, 0]) == (12, 127)
+
+
+def test_images_of_other_types_than_the_first_are_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.zeros((4, 6), np.uint16))
+    cv2.imwrite(str(tmp_path / "2.png"), np.zeros((4, 6), np.uint8))
+    with pytest.raises(InputError, match=r"6x4 px \(uint16\), found 6x4 \(uint8\)"):
+        list(ImageFolder(tmp_path, 10.0).frames())
+    (tmp_path / "1.png").unlink()
+    cv2.imwrite(str(tmp_path / "1.tif"), np.zeros((4, 6), np.float32))
+    with pytest.raises(InputError, match=r"1\.tif: .* of 8 or 16 bits, found float32; write it"):
+        list(ImageFolder(tmp_path, 10.0).frames())
 
 
 def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
@@ -55,7 +74,7 @@ def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
     with pytest.raises(InputError, match=r"frame9\.png: expected a readable image"):
         list(ImageFolder(folder, 10.0).frames())
     cv2.imwrite(str(folder / "frame9.png"), np.zeros((5, 6), np.uint8))
-    with pytest.raises(InputError, match="an image of 6x4 px, found 6x5"):
+    with pytest.raises(InputError, match=r"an image of 6x4 px \(uint8\), found 6x5 \(uint8\)"):
         list(ImageFolder(folder, 10.0).frames())
     cv2.imwrite(str(folder / "other9.png"), np.zeros((4, 6), np.uint8))
     with pytest.raises(InputError, match=r"a number each, found frame9\.png and other9\.png"):
