@@ -336,7 +336,8 @@ def track_markers(
         stopped=passed.stopped,
         jumps_s=jumps_s,
         **seen,
-        **{STALE: n_stale, BITS: at_rest[0].bits},
+        **({STALE: n_stale} if n_stale else {}),
+        **({BITS: bits} if (bits := at_rest[0].bits) > 8 else {}),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 
