@@ -35,6 +35,7 @@ from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import Footage
 from afferents.store.drum_path import logged_path
 from afferents.store.recording import Recording
+from afferents.store.integrity import is_group
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
@@ -43,7 +44,6 @@ from afferents.store.zarr_store import (
     create_store,
     is_whole,
     open_responses,
-    recordings_there,
     remove_empty,
     require_no_store,
     require_same_files,
@@ -94,6 +94,8 @@ def find_video_issues(
     if tracks is None:
         return found + find_time_issues(footage.figures.time_s, where)
     seen = {issue.kind for issue in found}  # in the dark the markers are hidden as well
+    if seen & {"frozen", "repeated", "stalled"}:
+        seen.add("doubled")
     of_tracks = find_track_issues(tracks, where, steady_s)
     return found + [issue for issue in of_tracks if issue.kind not in seen]
 
@@ -408,5 +410,5 @@ def extract(
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)
-    found = open_responses(Path(out)) if recordings_there(Path(out)) else []
+    found = open_responses(Path(out)) if is_group(Path(out)) else []
     return Extracted(found, skipped)

@@ -227,7 +227,7 @@ class Windowed:
     ) -> bool:
         """Lose the markers in the shifted part of a damaged picture; return whether it is one."""
         there = position
-        if found.mean() < _MOST or self.jump_px > FAR * self._reach:
+        if np.count_nonzero(found) < _MOST * len(found) or self.jump_px > FAR * self._reach:
             # Where most were shifted, the others were not looked for where they still are.
             stayed = np.where(found[:, None], np.nan, self._expected + self._step)
             there = np.where(found[:, None], position, self._seen(image, stayed))

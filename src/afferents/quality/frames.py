@@ -407,9 +407,8 @@ REPEATED_SHARE = 0.2
 """A repeated frame changes less than this share of what changes before and after it."""
 MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
-MANY_REPEATED, OFTEN_REPEATED = 0.01, 0.1
-"""Share of frames that seem repeated beyond which it is said: live, and of a recording, in which a
-skin that swings as one stands still as often at each turn."""
+MANY_REPEATED = 0.01
+"""Share of frames that seem repeated beyond which it is said."""
 
 
 def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -464,7 +463,7 @@ def find_time_issues(time_s: NDArray[np.float64], where: object) -> list[Quality
 def find_doubled_frames(change: NDArray[np.float64], where: object) -> list[QualityIssue]:
     """Find many frames that repeat the one before; see `find_repeated`."""
     n = int(find_repeated(change).sum())
-    if len(change) < FEWEST or n <= OFTEN_REPEATED * len(change):
+    if len(change) < FEWEST or n <= MANY_REPEATED * len(change):
         return []
     found = f"{n} of {len(change)} that seem to repeat the one before"
     cause = "RA-I is near 0 there and too large in the next, and the true frame rate is lower"

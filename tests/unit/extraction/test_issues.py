@@ -29,7 +29,7 @@ def faulty(make_video, tmp_path_factory):
     """Clips of one skin: sound, knocked by 9 px, with bursts of lost frames, slower in the end."""
     root = tmp_path_factory.mktemp("sessions") / "faulty"
     root.mkdir()
-    shift = np.where(np.arange(200) > 30, 2 * np.sin(np.arange(200) / 5), 0)
+    shift = np.where(np.arange(200) > 30, np.abs(np.arange(200) % 32 - 16) / 4 - 0.5, 0)
     make_video(root / "felt_20.mp4", shift)
     images = images_of(root / "felt_20.mp4")
     knocked = images[:100] + [np.roll(image, 9, axis=1) for image in images[100:]]
