@@ -29,6 +29,7 @@ import threading
 import time
 import tomllib
 from dataclasses import dataclass, field
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -965,7 +966,7 @@ def write_jpegs(path, images, damage=None):
         for number, image in enumerate(images):
             whole = jpeg(image)
             packet = av.Packet(damage(number, whole) if damage else whole)
-            packet.stream, packet.time_base = stream, 1 / stream.rate
+            packet.stream, packet.time_base = stream, Fraction(1, 90)
             packet.pts = packet.dts = number
             container.mux(packet)
     return path.read_bytes()
