@@ -136,11 +136,11 @@ class ImageFolder:
         for number, path in self.numbered.items():
             image = _read(path)
             if (image.shape, image.dtype) != (self._first.shape, self._first.dtype):
-                found = f"{image.shape[1]}x{image.shape[0]} ({image.dtype})"
-                raise InputError(
-                    f"{path}: expected an image of {self.width}x{self.height} px "
-                    f"({self._first.dtype}), found {found}"
+                expected, found = (
+                    f"{one.shape[1]}x{one.shape[0]} px in {8 * one.itemsize} bits"
+                    for one in (self._first, image)
                 )
+                raise InputError(f"{path}: expected an image of {expected}, found {found}")
             time_s = (number - first) / self._step / self.fps_hz
             yield Frame(time_s, (image >> (self.bits - 8)).astype(np.uint8), bits=self.bits)
 

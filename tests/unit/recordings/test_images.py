@@ -59,7 +59,7 @@ def test_dark_images_are_not_brightened_to_a_depth_that_no_camera_has(tmp_path):
 def test_images_of_other_types_than_the_first_are_refused(tmp_path):
     cv2.imwrite(str(tmp_path / "1.png"), np.zeros((4, 6), np.uint16))
     cv2.imwrite(str(tmp_path / "2.png"), np.zeros((4, 6), np.uint8))
-    with pytest.raises(InputError, match=r"6x4 px \(uint16\), found 6x4 \(uint8\)"):
+    with pytest.raises(InputError, match=r"6x4 px in 16 bits, found 6x4 px in 8 bits"):
         list(ImageFolder(tmp_path, 10.0).frames())
     (tmp_path / "1.png").unlink()
     cv2.imwrite(str(tmp_path / "1.tif"), np.zeros((4, 6), np.float32))
@@ -74,7 +74,7 @@ def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
     with pytest.raises(InputError, match=r"frame9\.png: expected a readable image"):
         list(ImageFolder(folder, 10.0).frames())
     cv2.imwrite(str(folder / "frame9.png"), np.zeros((5, 6), np.uint8))
-    with pytest.raises(InputError, match=r"an image of 6x4 px \(uint8\), found 6x5 \(uint8\)"):
+    with pytest.raises(InputError, match=r"an image of 6x4 px in 8 bits, found 6x5 px in 8 bits"):
         list(ImageFolder(folder, 10.0).frames())
     cv2.imwrite(str(folder / "other9.png"), np.zeros((4, 6), np.uint8))
     with pytest.raises(InputError, match=r"a number each, found frame9\.png and other9\.png"):
