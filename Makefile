@@ -11,7 +11,7 @@ LOOSELY := --no-strict-optional --no-warn-unreachable $(patsubst %,--disable-err
 # Two processes of one thread each, for two processors.
 TESTS := OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 
-.PHONY: install demo live docs results results-open results-pages check lint test test-system test-processors test-lerobot slow coverage licences bench package clean
+.PHONY: install demo live docs results results-pages check lint test test-system test-processors test-lerobot slow coverage licences bench package clean
 
 install: $(VENV)/.installed
 
@@ -38,10 +38,6 @@ docs: install
 # Hours: PART=NAME for some, PART=list for their names.
 results: install
 	$(BIN)/python scripts/make_results.py $(PART)
-
-# The paper's open questions, with the same words.
-results-open: install
-	$(BIN)/python scripts/open_questions.py $(PART)
 
 results-pages: install
 	$(BIN)/python scripts/results_pages.py

@@ -62,6 +62,6 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-alone = ("start", "index", "results", "results-ours", "open-questions", "architecture", "limits")
+alone = ("start", "index", "results", "architecture", "limits")
 html_sidebars = {page: [] for page in alone}  # there is nothing below them to list
 copyright = "The afferents developers, MIT licence"

@@ -3,11 +3,11 @@
     python scripts/make_results.py                 all parts, in order
     python scripts/make_results.py PART [PART ...] these alone; `list` names them
 
-A part takes an hour at most on two cores (`images-paper` some 80 minutes; `vibration-paper` some
-two hours). It leaves what it found in `docs/results/rig/PART.json` (with commit, day, machine and
-commands) and commits that file. A part whose file is there is not run again; one that was stopped
-goes on where it was, since `evaluate` does. Sessions, stores and results lie in `out/results`, what
-the commands print in `out/results/log.txt`.
+A part takes an hour at most on two cores. It leaves what it found in `docs/results/rig/PART.json`
+(with commit, day, machine and commands) and commits that file. A part whose file is there is not
+run again; one that was stopped goes on where it was, since `evaluate` does. Sessions, stores and
+results lie in `out/results`, what the commands print in `out/results/log.txt`. `studies` has
+further parts, made in the same way.
 
 All parts must be of one rig and one way of training: the first writes down which sources it used,
 and the others refuse to run with other sources. A table names the commits, days and machines of
@@ -15,7 +15,6 @@ all its parts.
 """
 
 import json
-import math
 import shutil
 import subprocess
 import sys
@@ -29,13 +28,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import results_pages as pages
 from matplotlib.figure import Figure
-from scipy.stats import spearmanr
 from scipy.stats import t as student
 
 from afferents.evaluation.metrics import accuracy_by_group, name_touches
 from afferents.evaluation.results import Results, load_results
 from afferents.folds.protocol import ProtocolName
-from afferents.reporting.published import published_confusion, published_families
+from afferents.reporting.published import published_families
 from afferents.reporting.style import BLUE, GREY, VERMILION
 
 OUT = Path("out/results")
@@ -49,15 +47,22 @@ STRESSES = {
 }
 """Sessions that a recommended model must stand, by name: seed and options."""
 CAUSES = {
-    "motor-off": ["--nuisances", "all,motor=0,motor-ripple=0,mains=0"],
-    "noise-off": ["--nuisances", "all,microphone-noise=0,room-noise=0"],
-    "even-speed": ["--nuisances", "all,speed-ripple=0,motor-ripple=0,drift=0"],
-    "even-drums": ["--nuisances", "all,eccentricity=0,printing=0,warp=0"],
-    "round-drums": ["--nuisances", "all,eccentricity=0"],
-    "longer": ["--seconds", "60"],
+    "round-drums": ("drums round", ["--nuisances", "all,eccentricity=0"]),
+    "even-drums": (
+        "drums round, bumps alike",
+        ["--nuisances", "all,eccentricity=0,printing=0,warp=0"],
+    ),
 }
-"""What may make vibration hard to learn from, taken away: options of the first session's."""
+"""What makes vibration hard to learn from, taken away: what is then so, and the options."""
 OURS = "shear,sa-local,sa-wave-vector,ra-wave-vector,fusion-shear,order-te,fusion"
+COMPARED = {
+    "`ra-se` over `sa-se`": ("ra-se", "sa-se"),
+    "`ra-ste` over `sa-ste`": ("ra-ste", "sa-ste"),
+    "`ra-ste` over `ra-se`": ("ra-ste", "ra-se"),
+    "`sa-ste` over `sa-se`": ("sa-ste", "sa-se"),
+    "`vib-te-aug` over `vib-te`": ("vib-te-aug", "vib-te"),
+}
+"""Comparisons within a modality, as pages name them: which model over which."""
 NOISE = "markers=0.05"
 """What makes the rig's RA-I as noisy as the published one, px."""
 TOUCHES_S = (0.11, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -100,22 +105,13 @@ def parts() -> Iterator[Part]:
         yield evaluated(f"ours-{name}", name, OURS)
     yield evaluated("images-remounted", "remounted", "sa-se,ra-se,sa-ste,ra-ste")
     yield evaluated("ours-noise", "S11", OURS, "--disturb-training", NOISE, "--disturb", NOISE)
-    yield evaluated("ours-noise-at-test", "S11", OURS, "--disturb", NOISE)
-    yield evaluated("unknown", "S11", "sa-wave-vector,ra-wave-vector", "--split", "texture")
     for seed in SEEDS:
         yield evaluated(f"published-S{seed}", f"S{seed}", "all", "--protocol", "published")
-    vibration = "vib-te,vib-te-aug"
-    for name, options in CAUSES.items():
+    for name, (_, options) in CAUSES.items():
         yield store_of(name, 11, *options)
-        yield evaluated(f"vibration-{name}", name, vibration)
-    paper = ("--preset", "paper")
-    yield evaluated("vibration-paper", "S11", vibration, *paper, "--protocol", "both")
-    yield evaluated("images-paper", "S11", "sa-se", *paper, "--held-out", "10,50,100")
+        yield evaluated(f"vibration-{name}", name, "vib-te,vib-te-aug")
     yield store_of("no-nodules", 12, "--nodules", "off")
     yield evaluated("ours-no-nodules", "no-nodules", OURS)
-    for sensor in ("hex331", "radial127"):
-        yield store_of(sensor, 11, "--sensor", sensor)
-        yield evaluated(f"ours-{sensor}", sensor, "sa-wave-vector,ra-wave-vector,sa-local")
 
 
 def run(part: Part, kept: Path = KEPT) -> None:
@@ -152,15 +148,7 @@ def line_of(words: Sequence[str]) -> str:
 
 
 def outcomes_of(results: Path) -> dict[str, Any]:
-    """Return each model's accuracies: mean, interval, by speed, by texture, by length of touch.
-
-    Where textures were held out, what the files for that say of each model.
-    """
-    if (results / "unknown.json").is_file():
-        files = ("unknown", "roughness")
-        return {
-            name: json.loads((results / f"{name}.json").read_text())["models"] for name in files
-        }
+    """Return each model's accuracies: mean, interval, by speed, by texture, by length of touch."""
     found = load_results(results)
     return {
         model: {protocol: _accuracies(found, model, protocol) for protocol in outcomes}
@@ -192,60 +180,49 @@ def _accuracies(results: Results, model: str, protocol: ProtocolName) -> dict[st
 
 def write_tables() -> None:
     """Write the tables of the paper's models and of ours whose parts are all made."""
-    if demo := _found("demo"):
-        _write("demo", "What the demo ends with", demo, _demo(demo["demo"]["models"]))
+    if demo := found("demo"):
+        write("demo", "What the demo ends with", demo, _demo(demo["demo"]["models"]))
         picture = OUT / "demo" / "results" / "figures" / "accuracy-by-speed.png"
         if picture.is_file():
             shutil.copyfile(picture, pages.DOCS / "images" / "demo.png")
     nested, published, ours = (
-        _found(*(f"{kind}-S{seed}" for seed in SEEDS)) for kind in ("nested", "published", "ours")
+        found(*(f"{kind}-S{seed}" for seed in SEEDS)) for kind in ("nested", "published", "ours")
     )
     if nested and published:
         both = {**nested, **published}
-        _write("rig-table1", "Table 1 on the rig", both, _table1(nested, published))
-        _write("rig-likeness", "How unlike the paper", both, _likeness(nested, published))
+        write("rig-table1", "Table 1 on the rig", both, _table1(nested, published))
     if nested:
-        paper = published_families()
-        by_speed = _beside(nested, "by_speed", lambda name: paper[name].by_speed.values())
-        _write("rig-speeds", "The six models by held-out speed", nested, by_speed)
-        of_textures = _beside(nested, "by_texture", lambda n: np.diag(published_confusion(n)))
-        _write("rig-textures", "The six models by texture", nested, of_textures)
+        write("rig-within", "Differences within a modality", nested, _within(nested))
         draw_speeds(list(nested.values())).savefig(
             pages.DOCS / "images" / "rig-by-speed.png", dpi=110
         )
-        if images := _found("images-remounted"):
-            rows = _remounted(nested, images["images-remounted"])
-            _write("rig-remounted", "Images, mounted anew", {**nested, **images}, rows)
-    if vibration := _found("nested-S11", *(f"vibration-{name}" for name in CAUSES)):
-        _write("rig-vibration", "What real spectra lack", vibration, _vibration(vibration))
-    if recipe := _found("vibration-paper"):
-        _write("rig-vibration-paper", "The recipe of the authors' code", recipe, _vibration(recipe))
-    stresses = _found("ours-noise", *(f"ours-{name}" for name in STRESSES))
+    away = found("images-remounted", *(f"vibration-{name}" for name in CAUSES), "ours-no-nodules")
+    if nested and ours and away:
+        rows = _causes(nested, ours["ours-S12"], away)
+        parts = {**nested, "ours-S12": ours["ours-S12"], **away}
+        write("rig-causes", "What the simulation makes so, taken away", parts, rows)
+    stresses = found("ours-noise", *(f"ours-{name}" for name in STRESSES))
     if ours and stresses:
-        found = {**ours, **stresses}
-        _write("rig-ours", "Our models on the rig", found, _ours(ours, stresses))
-    if noise := _found("ours-S11", "ours-noise-at-test", "ours-noise"):
-        _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
-    if nodules := _found("ours-S12", "ours-no-nodules"):
-        _write("rig-nodules", "A skin without nodules", nodules, _touches_of(nodules))
-    if unknown := _found("unknown"):
-        _write("rig-unknown", "Textures never learnt", unknown, _unknown(unknown["unknown"]))
-    if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
-        _write("rig-layouts", "Other layouts", layouts, _touches_of(layouts))
+        write("rig-ours", "Our models on the rig", {**ours, **stresses}, _ours(ours, stresses))
 
 
-def _found(*names: str) -> dict[str, dict[str, Any]]:
+def found(*names: str) -> dict[str, dict[str, Any]]:
     """Return what these parts found; nothing unless all are made."""
     files = [KEPT / f"{name}.json" for name in names]
     there = all(file.is_file() for file in files)
     return {file.stem: json.loads(file.read_text()) for file in files} if there else {}
 
 
-def _write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
-    found = pages.sources_of(parts.values())
-    made_by = f'make results PART="{" ".join(parts)}"'
-    table = {"commands": [made_by], "columns": rows[0], "rows": rows[1:]}
-    pages.write_json(pages.DATA / f"{name}.json", {"title": title, **found, **table})
+def write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
+    """Write the data of a table of the docs."""
+    sources = pages.sources_of(parts.values())
+    table = {"commands": [made_by(parts)], "columns": rows[0], "rows": rows[1:]}
+    pages.write_json(pages.DATA / f"{name}.json", {"title": title, **sources, **table})
+
+
+def made_by(parts: Iterable[str]) -> str:
+    """Return the command that makes these parts."""
+    return f'make results PART="{" ".join(parts)}"'
 
 
 def _demo(models: Mapping[str, Any]) -> list[list[str]]:
@@ -262,56 +239,42 @@ def _demo(models: Mapping[str, Any]) -> list[list[str]]:
 def _table1(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[list[str]]:
     rows = [["model", "the paper's own", "`nested`", "`published`"]]
     for model, family in published_families().items():
-        fair, leaky = _means(nested, model, "nested"), _means(published, model, "published")
+        fair, leaky = means_of(nested, model, "nested"), means_of(published, model, "published")
         rows.append([f"`{model}`", f"{family.mean_percent}", interval(fair), interval(leaky)])
     return rows
 
 
-def _likeness(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[list[str]]:
-    """Return mean absolute difference from the paper's Table 1, and rank correlation with it."""
-    paper = [family.mean_percent for family in published_families().values()]
-    rows = [["protocol", "mean absolute difference, points", "rank correlation"]]
-    for protocol, sessions in (("nested", nested), ("published", published)):
-        each = np.array([_means(sessions, model, protocol) for model in published_families()])
-        off = [float(np.abs(one - paper).mean()) for one in (each.mean(axis=1), *each.T)]
-        rank = [float(spearmanr(one, paper)[0]) for one in (each.mean(axis=1), *each.T)]
-        spread = [
-            f"{min(of[1:]):{how}} to {max(of[1:]):{how}}"
-            for of, how in ((off, ".0f"), (rank, ".2f"))
-        ]
-        rows.append([
-            f"`{protocol}`",
-            f"{off[0]:.0f} (single sessions: {spread[0]})",
-            f"{rank[0]:.2f} ({spread[1]})",
-        ])  # fmt: skip
+def _within(nested: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row a comparison within a modality: points by which one model leads another."""
+    rows = [["comparison", "the paper's own", "rig"]]
+    paper = {name: family.mean_percent for name, family in published_families().items()}
+    for what, (more, less) in COMPARED.items():
+        gained = np.subtract(*(means_of(nested, model, "nested") for model in (more, less)))
+        half = half_width(gained)
+        mean, low, high = (round(gained.mean() + way * half) for way in (0, -1, 1))
+        rows.append([what, f"{paper[more] - paper[less]:+g}", f"{mean:+d} [{low:+d}, {high:+d}]"])
     return rows
 
 
-def _beside(
-    nested: Mapping[str, Any], by: str, of_paper: Callable[[str], Iterable[float]]
+def _causes(
+    nested: Mapping[str, Any], usual: Mapping[str, Any], away: Mapping[str, Any]
 ) -> list[list[str]]:
-    """Return two rows a model: the rig's and the paper's, by speed or texture."""
-    rows: list[list[str]] = []
-    for model in published_families():
-        each = [session["models"][model]["nested"][by] for session in nested.values()]
-        rows = rows or [["model", "whose", *each[0]]]
-        means = np.mean([list(one.values()) for one in each], axis=0)
-        rows.append([f"`{model}`", "rig", *(f"{100 * mean:.0f}" for mean in means)])
-        # A half is rounded up, as in the titles of the paper's matrices.
-        rows.append(["", "paper", *(f"{math.floor(percent + 0.5)}" for percent in of_paper(model))])
-    return rows
-
-
-def _remounted(nested: Mapping[str, Any], images: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row a model of images: mounted once a session, and anew for each run."""
-    rows = [["model", "the paper's own", "mounted once", "mounted anew for each run"]]
-    for model, one in images["models"].items():
-        paper = f"{published_families()[model].mean_percent}"
-        once, anew = (
-            interval(_means(nested, model, "nested")),
-            f"{100 * one['nested']['mean']:.0f}",
-        )
-        rows.append([f"`{model}`", paper, once, anew])
+    """Return a row for each thing that is changed in the simulation, and each model it moves."""
+    rows = [["change", "model", "as it is", "changed"]]
+    for model, one in away["images-remounted"]["models"].items():
+        as_it_is = interval(means_of(nested, model, "nested"))
+        now = f"{100 * one['nested']['mean']:.0f}"
+        rows.append(["mounted anew for each run", f"`{model}`", as_it_is, now])
+    for name, (what, _) in CAUSES.items():
+        for model, one in away[f"vibration-{name}"]["models"].items():
+            each = (nested["nested-S11"]["models"][model], one)
+            rows.append([what, f"`{model}`", *(f"{100 * of['nested']['mean']:.0f}" for of in each)])
+    for model in ("sa-wave-vector", "ra-wave-vector", "sa-local", "shear"):
+        each = (percents_of(part, model)[0] for part in (usual, away["ours-no-nodules"]))
+        rows.append(["no nodules", f"`{model}`", *(f"{one:.0f}" for one in each)])
+    changes = [row[0] for row in rows]
+    for row, change, before in zip(rows[1:], changes[1:], changes, strict=False):
+        row[0] = "" if change == before else change
     return rows
 
 
@@ -339,83 +302,31 @@ def draw_speeds(sessions: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
-def _vibration(found: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row for each way in which the two models of vibration learnt."""
-    rows: list[list[str]] = []
-    ways = {
-        "nested-S11": "as it is",
-        "vibration-motor-off": "without motor and mains",
-        "vibration-noise-off": "without noise of microphone and room",
-        "vibration-even-speed": "speed without ripple and drift",
-        "vibration-even-drums": "drums round, all bumps alike",
-        "vibration-round-drums": "drums round, bumps printed unevenly",
-        "vibration-longer": "60 s a recording instead of 20",
-        "vibration-paper": "preset `paper`",
-    }
-    for name, part in found.items():
-        for model in ("vib-te", "vib-te-aug"):
-            for protocol, one in part["models"][model].items():
-                rows = rows or [
-                    ["model", "how", "protocol", "mean", "smooth drum", *one["by_speed"]]
-                ]
-                percents = (one["mean"], one["by_texture"]["0"], *one["by_speed"].values())
-                percents = [f"{100 * share:.0f}" for share in percents]
-                rows.append([f"`{model}`", ways[name], f"`{protocol}`", *percents])
-    return rows
-
-
 def _ours(ours: Mapping[str, Any], stresses: Mapping[str, Any]) -> list[list[str]]:
     """Return a row a model: touches of 0.11, 1 and 4 s, and the worst of the stresses, 4 s."""
     names = [name.removeprefix("ours-") for name in stresses]
     rows = [["model", "as it is", *names, "worst of these, 4 s"]]
     for model in OURS.split(","):
-        usual = np.mean([_percents(part, model) for part in ours.values()], axis=0)
-        each = [_percents(part, model) for part in stresses.values()]
+        usual = np.mean([percents_of(part, model) for part in ours.values()], axis=0)
+        each = [percents_of(part, model) for part in stresses.values()]
         worst = f"{min(one[-1] for one in each):.0f}"
-        rows.append([f"`{model}`", *map(_in_words, (usual, *each)), worst])
+        rows.append([f"`{model}`", *map(in_words, (usual, *each)), worst])
     return rows
 
 
-def _touches_of(found: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row a model and a column a part: touches of 0.11, 1 and 4 s."""
-    rows = [["model", *(name.removeprefix("ours-") for name in found)]]
-    for model in OURS.split(","):
-        if all(model in part["models"] for part in found.values()):
-            each = [_in_words(_percents(part, model)) for part in found.values()]
-            rows.append([f"`{model}`", *each])
-    return rows
-
-
-def _unknown(found: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row a model: what is called unknown, and the error of the bump spacing."""
-    rows = [[
-        "model", "never learnt, called unknown", "false alarms", "at the slowest and fastest",
-        "spacing of drums learnt, error", "of drums never learnt",
-    ]]  # fmt: skip
-    for model, one in found["models"]["unknown"].items():
-        called, alarms = (one[which]["recordings"] for which in ("found", "false_alarms"))
-        shares = (called, alarms["inside"], alarms["outside"])
-        errors = (found["models"]["roughness"][model][which] for which in ("seen", "unseen"))
-        rows.append([
-            f"`{model}`",
-            *(f"{100 * share['mean']:.0f} [{100 * share['ci95'][0]:.0f}, "
-              f"{100 * share['ci95'][1]:.0f}]" for share in shares),
-            *(f"{error['mae_mm_recordings']:.2f} mm" for error in errors),
-        ])  # fmt: skip
-    return rows
-
-
-def _percents(part: Mapping[str, Any], model: str) -> list[float]:
+def percents_of(part: Mapping[str, Any], model: str) -> list[float]:
     """Return accuracies from touches of 0.11, 1 and 4 s; NaN where samples are longer."""
     by_touch = part["models"][model]["nested"]["by_touch"]
     return [100 * by_touch.get(length, np.nan) for length in ("0.11", "1", "4")]
 
 
-def _in_words(percents: Sequence[float]) -> str:
+def in_words(percents: Sequence[float]) -> str:
+    """Return the three accuracies as one cell."""
     return ", ".join("–" if np.isnan(percent) else f"{percent:.0f}" for percent in percents)
 
 
-def _means(sessions: Mapping[str, Any], model: str, protocol: str) -> list[float]:
+def means_of(sessions: Mapping[str, Any], model: str, protocol: str) -> list[float]:
+    """Return a model's mean accuracy in each session, percent."""
     return [100 * session["models"][model][protocol]["mean"] for session in sessions.values()]
 
 

@@ -10,8 +10,9 @@ of ``docs/results/NAME.json``: the table, and below it the commit, date, machine
 gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
 `keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
 ``<!-- /fields -->`` stand the fields of a model of the results. Between ``<!-- benchmark -->`` and
-``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``, and between ``<!-- code NAME -->``
-and ``<!-- /code -->`` what the package has of models, channels, encodings or classifiers.
+``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``, between ``<!-- controls TASK -->``
+and ``<!-- /controls -->`` those of a task with its controls alone. Between ``<!-- code NAME -->``
+and ``<!-- /code -->`` stands what the package has of models, channels, encodings or classifiers.
 """
 
 import inspect
@@ -60,9 +61,9 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def part(name: str) -> str:
+def part(name: str, data: Path = DATA) -> str:
     """Return a table and what gave its numbers."""
-    found = json.loads((DATA / f"{name}.json").read_text())
+    found = json.loads((data / f"{name}.json").read_text())
     rows = [[str(cell) for cell in row] for row in found["rows"]]
     head = found["columns"]
     if found.get("published"):
@@ -126,13 +127,29 @@ def benchmark(_: str) -> str:
     return "\n".join(to_markdown(one) for one in tables)
 
 
+def controls(task: str) -> str:
+    """Return what models recognise on a task of the benchmark, and under its controls."""
+    head = ["model", "as they are", "values in any order", "loudness alone", "offsets alone"]
+    entries = [one for one in read_entries(DOCS / "benchmark") if named(one.task) == task]
+    rows = []
+    for one in sorted(entries, key=lambda entry: -entry.whole):
+        left = [one.controls[name] for name in ("shuffled", "amplitudes", "offsets")]
+        rows.append([f"`{one.model}`", *(f"{100 * share:.0f}" for share in (one.whole, *left))])
+    return table(head, rows)
+
+
+def named(task: str) -> str:
+    """Return the name of a task as marks have it: without the checksum of other recordings."""
+    return task.partition("@")[0].replace("/", "-")
+
+
 def pages() -> dict[Path, str]:
     """Return the text of each page, with its tables as data and code have them."""
     found = {}
     for page in sorted([*DOCS.glob("*.md"), ROOT / "README.md"]):
         found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
         found[page] = fill(fill(found[page], "table", bare), "benchmark", benchmark)
-        found[page] = fill(found[page], "code", listed)
+        found[page] = fill(fill(found[page], "code", listed), "controls", controls)
     return found
 
 

@@ -74,7 +74,7 @@ def image_places(
 # belong.
 #
 # Linear, since splines and natural neighbours come no nearer to what the rig's skin does where
-# markers are as noisy as tracking leaves them (`docs/tracking.md`, by `scripts/compare_images.py`).
+# markers are as noisy as tracking leaves them (`docs/tracking.md`, by `studies/compare_images.py`).
 
 Floats = NDArray[np.float32]
 Places = NDArray[np.generic]

@@ -170,7 +170,7 @@ MODELS: dict[str, Model] = TABLE1 | BEYOND
 BEST = ("sa-wave-vector", "vib-te-aug")
 """What is recommended: the first that the data support, to be trained and felt with.
 
-Picked once, on sessions of the simulated rig (docs/results-ours.md has the rule); never by scores
+Picked once, on sessions of the simulated rig (docs/results.md has the rule); never by scores
 on the data at hand.
 """
 

@@ -47,15 +47,6 @@ def test_data_say_where_they_come_from_and_are_shown(path):
     assert sum(mark in page.read_text() for page in PAGES) == 1
 
 
-def test_the_papers_accuracies_are_rounded_as_it_prints_them():
-    """41 and 43, of which the colours give 40.5 and 42.5."""
-    rows = json.loads((DOCS / "results" / "rig-speeds.json").read_text())["rows"]
-    where = ROOT / "src/afferents/reporting/published/accuracy.json"
-    families = json.loads(where.read_text())["families"].values()
-    printed = [[f"{v['title_percent']}" for v in one["by_speed"].values()] for one in families]
-    assert [row[2:] for row in rows if row[1] == "paper"] == printed
-
-
 def test_the_picture_of_the_packages_is_as_the_imports_are(scripts):
     drawn = scripts["picture"]
     assert drawn.PICTURE.read_text() == drawn.picture(), "run make results-pages"

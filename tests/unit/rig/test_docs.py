@@ -1,4 +1,4 @@
-"""The page of the rig and the script say what its constants are."""
+"""The page of the rig says what its constants are."""
 
 from pathlib import Path
 
@@ -8,17 +8,6 @@ from afferents.store.recording import LETTERS, folder_of
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
-
-
-def test_every_constant_has_a_source(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    from rig_constants import SOURCES, constants_table
-
-    assert all(
-        source.startswith(("paper", "published", "chosen", "the drum's"))
-        for source in SOURCES.values()
-    )
-    assert constants_table().count("\n") == len(SOURCES) + 1  # refuses what has no source
 
 
 def test_where_a_drum_is_offered_its_bumps_diameter_is_called_a_guess():

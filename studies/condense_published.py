@@ -1,5 +1,7 @@
 """Condense the published figures that the report carries: `condense_published.py FOLDER`.
 
+It was run once, at commit 5bcff185 or before; what it wrote is part of the package.
+
 FOLDER holds `results.json` and `confusion.json`, digitised from the paper's notebook. What is
 written to `src/afferents/reporting/published` is Table 1, of every held-out speed the accuracy and
 how the training went, and the confusion matrices averaged over speeds.

@@ -1,6 +1,6 @@
 """Weaves, cords and abrasive papers as maps of heights, by a rule that is stated here.
 
-    python scripts/natural_surfaces.py FOLDER [SEED]
+    python studies/natural_surfaces.py FOLDER [SEED]
 
 Writes FOLDER/NAME.npy, heights in mm, 0.05 mm apart, once round the paper's drum and across it,
 for ``afferents simulate --height-map NAME=FOLDER/NAME.npy,251.3,1``, and FOLDER/surfaces.png.

@@ -1,6 +1,8 @@
 """Draw docs/images/orders.png: what speed does to spectra, and what it leaves of images.
 
-python scripts/speed_invariant_pictures.py STORE docs/images/orders.png
+python studies/speed_invariant_pictures.py STORE docs/images/orders.png
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 """
 
 import sys

@@ -6,7 +6,9 @@ looks like a longer one, as spokes do in a film (Shannon, Proc. IRE 1949). This 
 a drum's own rate and its multiples, the strongest wave in SA-I, and the longest one that the
 bumps' lattice, sampled by the nodules, is to look like.
 
-    python scripts/wave_beats.py S12.zarr [docs/results/rig-wave-beats.json]
+    python studies/wave_beats.py S12.zarr [studies/data/rig-wave-beats.json]
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 """
 
 import math
@@ -14,6 +16,7 @@ import sys
 from itertools import product
 from pathlib import Path
 
+import here  # noqa: F401
 import numpy as np
 import results_pages as pages
 from numpy.typing import NDArray
@@ -100,7 +103,7 @@ def main(store: str, out: str | None = None) -> None:
             "strongest wave found (along, across)", "as nodules sample it",
         ]  # fmt: skip
         title = "Waves of SA-I that move with the bumps"
-        command = f"python scripts/wave_beats.py {Path(store).name}"
+        command = f"python studies/wave_beats.py {Path(store).name}"
         pages.write(Path(out), title, [command], columns, rows)
 
 

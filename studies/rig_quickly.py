@@ -1,6 +1,8 @@
 """Set the rig beside the published figures without filming it, in a minute or so on one core.
 
-    python scripts/rig_quickly.py [--set skin.coupling_mn_mm=4 ...] [--images] [--spectra] [--test]
+    python studies/rig_quickly.py [--set skin.coupling_mn_mm=4 ...] [--images] [--spectra] [--test]
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 
 Physics, projection and the noise of the markers, for the conditions that constants are fitted to
 (spectra at 20, 50, 100 mm/s; images of g at 10 and 100 mm/s and of a at 50 mm/s); with --test also

@@ -3,7 +3,9 @@
 No drum of the rig has bumps more than 6 mm apart. So what the long half recognises is not a drum's
 own wavelength.
 
-    python scripts/wave_halves.py S12.zarr RESULTS
+    python studies/wave_halves.py S12.zarr RESULTS
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 """
 
 import sys

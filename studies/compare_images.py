@@ -1,6 +1,8 @@
 """Which operator makes tactile images of any layout best: a table against the rig's truth.
 
-    python scripts/compare_images.py
+    python studies/compare_images.py
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 
 The truth is the skin itself: a sheet of nodes 0.6 mm apart, simulated once a drum. What markers of
 each layout show of it is read off where they stand, with the noise of tracking; what an image ought

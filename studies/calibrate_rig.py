@@ -1,11 +1,13 @@
 """Set the rig beside the published spectra and tactile images, and predict those of drum m.
 
-    python scripts/calibrate_rig.py
+    python studies/calibrate_rig.py
 
-`scripts/published` holds what was digitised of the paper's figures. Pictures go to `docs/images`,
-numbers to `docs/results`, from which `make results-pages` draws the tables, and what the rig says
-of drum m, whose published panels nobody has measured here, to `docs/rig-predictions.json`. Takes
-minutes.
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
+
+`studies/published` holds what was digitised of the paper's figures. Pictures go to
+`studies/images`, numbers to `studies/data`, from which `python studies/here.py` draws the tables,
+and a prediction for drum m, whose published panels were not measured, to
+`studies/data/rig-predictions.json`. Takes minutes.
 """
 
 import json
@@ -15,10 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import rig_measures as measure
+from here import DATA
+from here import IMAGES as PICTURES
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from results_pages import DATA, DOCS, write
+from results_pages import write
 from rig_quickly import IMAGES, PUBLISHED, heard
 
 from afferents import dims
@@ -138,7 +142,7 @@ def draw_spectra(panels: list[Panel]) -> None:
         ha="left",
         x=0.01,
     )
-    figure.savefig(DOCS / "images" / "rig-spectra.png", dpi=110)
+    figure.savefig(PICTURES / "rig-spectra.png", dpi=110)
 
 
 class Images(NamedTuple):
@@ -261,12 +265,12 @@ def draw_images(published: list[Images], rig: list[list[Images]]) -> None:
         ha="left",
         x=0.01,
     )
-    figure.savefig(DOCS / "images" / "rig-tactile-images.png", dpi=110)
+    figure.savefig(PICTURES / "rig-tactile-images.png", dpi=110)
 
 
 def keep(name: str, title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Write a table's numbers where `make results-pages` finds them."""
-    write(DATA / f"rig-{name}.json", title, ["python scripts/calibrate_rig.py"], columns, rows)
+    """Write a table's numbers where the page finds them."""
+    write(DATA / f"rig-{name}.json", title, ["python studies/calibrate_rig.py"], columns, rows)
 
 
 def main() -> None:
@@ -280,7 +284,7 @@ def main() -> None:
     keep("images", "Tactile images", IMAGE_COLUMNS, image_table(published, rig))
     draw_images(published, rig)
     text = json.dumps(predictions(rig[0]), indent=1)
-    (DOCS / "rig-predictions.json").write_text(text + "\n", encoding="utf-8")
+    (DATA / "rig-predictions.json").write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

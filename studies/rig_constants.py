@@ -1,4 +1,7 @@
-"""Print every constant of the rig, its value and where it comes from."""
+"""Print every constant of the rig, its value and where it comes from.
+
+python studies/rig_constants.py
+"""
 
 from afferents.rig import Rig
 

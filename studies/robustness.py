@@ -1,6 +1,8 @@
 """How far models hold when recordings are worse than those that they learnt from.
 
-    python scripts/robustness.py S.zarr [T.zarr ...] --out OUT --models ra-wave-vector,fusion
+    python studies/robustness.py S.zarr [T.zarr ...] --out OUT --models ra-wave-vector,fusion
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 
 Each fold is trained once, and tested under every corruption (`afferents.folds.corruption`):
 marker noise in px, noise of the microphone, dropped frames, lost markers. Each store is a session

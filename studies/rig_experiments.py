@@ -1,6 +1,8 @@
 """Claims of the paper on the rig, and what its skin does at slow slides.
 
-    python scripts/rig_experiments.py
+    python studies/rig_experiments.py
+
+Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
 
 Nodules amplify vibration; a light touch shows the pattern; below 20 mm/s the skin sticks and slips
 as a whole; how SA-I and RA-I grow with speed. Physics, projection and the noise of the markers;

@@ -1,11 +1,12 @@
-"""Answer open questions on the simulated rig, two of them the paper's: ``make results-open``.
+"""Answer open questions on the simulated rig, two of them the paper's.
 
-    python scripts/open_questions.py                 all parts, in order
-    python scripts/open_questions.py PART [PART ...] these alone; `list` names them
+    python studies/open_questions.py                 all parts, in order
+    python studies/open_questions.py PART [PART ...] these alone; `list` names them
 
-As `make_results.py`, whose sessions and folders it uses: a part takes an hour at most and leaves
-what it found in `docs/results/open/PART.json`. Tables and figures are drawn from there for
-`docs/open-questions.md`, which says what is asked and what was expected.
+Pinned to commit 5bcff185: it needs models that the package no longer has, and the insides of
+`scripts/make_results.py`, whose sessions and folders it uses. A part takes an hour at most and
+leaves what it found in `studies/data/open/PART.json`. Tables and figures are drawn from there for
+`open-questions.md`, which says what is asked and what was expected.
 """
 
 import json
@@ -13,6 +14,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import here
 import make_results as rig
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,7 +24,7 @@ from matplotlib.axes import Axes
 
 from afferents.reporting.style import BLUE, GREEN, GREY, VERMILION
 
-KEPT = pages.DATA / "open"
+KEPT = here.DATA / "open"
 SEEDS = (11, 12)
 HELD_OUT = ("--held-out", "10,50,100")
 PAPERS = "sa-se,ra-se,sa-ste,ra-ste,vib-te-aug"
@@ -61,7 +63,7 @@ def parts() -> Iterator[Part]:
         copied = "ra-se,ra-ste,sa-ste,ra-se-aug,ra-ste-aug,sa-ste-aug"
         yield evaluated(f"copies-S{seed}", f"{DRUMS}-{seed}", copied, *HELD_OUT)
     # Copies take the place of originals where their number is given, so once with three times both.
-    thrice = ("--recipe", "../../scripts/thrice.toml")
+    thrice = ("--recipe", "../../studies/thrice.toml")
     of_ra = "ra-se,ra-ste,ra-se-aug,ra-ste-aug"
     yield evaluated("copies-thrice", f"{DRUMS}-11", of_ra, *HELD_OUT, *thrice)
     # 3. How long to feel.
@@ -86,7 +88,7 @@ def parts() -> Iterator[Part]:
         name, maps = f"natural-{seed}", f"maps-{seed}"
         words = [w for s in SURFACES for w in ("--height-map", f"{s}={maps}/{s}.npy,{AROUND}")]
         made = store_of(name, seed, "--textures", "a", *words)
-        of_maps = ("scripts/natural_surfaces.py", maps, f"{seed}")
+        of_maps = ("studies/natural_surfaces.py", maps, f"{seed}")
         yield Part(name, (of_maps, *made.commands))
         yield evaluated(f"on-{name}", name, f"{PAPERS},{SOLVED}", *HELD_OUT)
     # 6. Shear, pattern or vibration?
@@ -144,7 +146,9 @@ def write_tables() -> None:
 
 def found(*names: str) -> dict[str, dict[str, Any]]:
     """Return what those of these parts found that are made; of the rig's other results too."""
-    files = [folder / f"{name}.json" for name in names for folder in (KEPT, rig.KEPT)]
+    files = [
+        folder / f"{name}.json" for name in names for folder in (KEPT, here.DATA / "rig", rig.KEPT)
+    ]
     return {file.stem: json.loads(file.read_text()) for file in files if file.is_file()}
 
 
@@ -155,12 +159,12 @@ def write(number: int, title: str, parts: Mapping[str, Any], rows: list[list[str
     lines = {"results": [name for name in parts if name not in mine], "results-open": mine}
     commands = [f'make {goal} PART="{" ".join(names)}"' for goal, names in lines.items() if names]
     table = {"commands": commands, "columns": rows[0], "rows": rows[1:]}
-    pages.write_json(pages.DATA / f"open-{number}.json", {"title": title, **facts, **table})
+    pages.write_json(here.DATA / f"open-{number}.json", {"title": title, **facts, **table})
 
 
 def save(number: int, figure: Any) -> None:
     """Save the figure of a question."""
-    figure.savefig(pages.DOCS / "images" / f"open-{number}.png", dpi=110)
+    figure.savefig(here.IMAGES / f"open-{number}.png", dpi=110)
     plt.close(figure)
 
 
