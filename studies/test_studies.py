@@ -14,7 +14,7 @@ import pytest
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-import here  # noqa: E402
+import here
 
 PINNED = sorted(p.stem for p in HERE.glob("*.py") if "Pinned to commit" in p.read_text())
 DATA = sorted(path for path in here.DATA.glob("*.json") if path.stem != "rig-predictions")
