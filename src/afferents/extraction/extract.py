@@ -34,8 +34,8 @@ from afferents.recordings.session import Session, read_session, require_rates_th
 from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import Footage
 from afferents.store.drum_path import logged_path
-from afferents.store.recording import Recording
 from afferents.store.integrity import is_group
+from afferents.store.recording import Recording
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
