@@ -7,10 +7,12 @@ import xarray as xr
 
 from afferents import dims
 from afferents.encodings.samples import labels_of
-from afferents.folds.protocol import Fold
+from afferents.encodings.settings import ENCODINGS
+from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.models.confidence import cross_entropy
-from afferents.models.fit_solved import learn, pick_penalty, predict_left_out, scores_of
-from afferents.models.fitted import Part
+from afferents.models.fit_solved import fit_solved, learn, pick_penalty, predict_left_out, scores_of
+from afferents.models.fitted import Fitting, Part
+from afferents.models.model import Model
 from afferents.models.solved import Discriminant, Ridge, log_probabilities
 
 
@@ -74,6 +76,26 @@ def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_feature
     np.testing.assert_allclose(found[2], expected, atol=1e-3)
     losses = {penalty: cross_entropy_of(anew(penalty), labels) for penalty in penalties}
     assert losses[found[0]] == pytest.approx(min(losses.values()), abs=1e-3)  # as above
+
+
+@pytest.mark.parametrize("classifier", ["ridge", "discriminant"])
+def test_nothing_of_the_held_out_is_learnt_from(classifier):
+    """Neither weights nor the temperature know what is tested, whatever that is."""
+    data, nested = sampled(12), PROTOCOLS["nested"]
+    model = Model("mine", channel="sa1", encoding="markers", classifier=classifier)
+    parts = [np.flatnonzero(data[dims.SPEED].values == v) for v in (10, 20, 30)]
+    fold = Fold(30.0, 20.0, *parts)
+
+    def fitted(samples):
+        part = Part(samples, fold, ENCODINGS["markers"]())
+        return fit_solved(Fitting(model, [part], nested, (None,), 0, 0, lambda *_: None))
+
+    spoilt = data.copy()
+    spoilt[fold.test] = np.random.default_rng(1).normal(0, 99, spoilt[fold.test].shape)
+    before, after = fitted(data), fitted(spoilt)
+    assert (before.probabilities != after.probabilities).any()
+    for name, weights in before.classifier.state_dict().items():
+        torch.testing.assert_close(after.classifier.state_dict()[name], weights, rtol=0, atol=0)
 
 
 def cross_entropy_of(scores, labels):
