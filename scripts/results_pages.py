@@ -84,13 +84,11 @@ def bare(name: str) -> str:
 
 
 def fields(name: str) -> str:
-    """Return the fields of a model of the results; those that all summaries have stand once."""
+    """Return the fields of a model of the results."""
     model = getattr(schemas, name, None) or getattr(fold_files, name)
-    common = {} if model is schemas.Summary else schemas.About.model_fields
     rows = [
         [f"`{field.alias or key}`", " ".join((field.description or "").split())]
         for key, field in model.model_fields.items()
-        if key not in common
     ]
     return table(["field", "what it is"], rows)
 

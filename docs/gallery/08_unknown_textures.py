@@ -62,6 +62,4 @@ pyplot.show()
 # By construction about one sample in twenty of the known drums lies above the limit. How
 # many of the unknown drum do depends on how much it resembles a known one, and on the
 # model: with the model ``ra-wave-vector``, and only three drums learnt, hardly any sample
-# of this drum is found. A single drum proves little, either way.
-# ``afferents.evaluate_textures`` leaves out each texture in turn, and says how often it is
-# found (:doc:`/models`).
+# of this drum is found. A single drum proves little, either way: try several.

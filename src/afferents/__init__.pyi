@@ -62,9 +62,6 @@ from .encodings.wavenumbers import (
 from .evaluation.evaluate import (
     evaluate as evaluate,
 )
-from .evaluation.evaluate import (
-    evaluate_textures as evaluate_textures,
-)
 from .evaluation.results import (
     load_results as load_results,
 )
@@ -184,9 +181,6 @@ from .reporting.explain import (
 )
 from .reporting.report import (
     report as report,
-)
-from .reporting.shear import (
-    explain_shear as explain_shear,
 )
 from .reproduction.reproduce import (
     reproduce as reproduce,

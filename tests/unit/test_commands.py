@@ -7,7 +7,7 @@ from afferents.errors import InputError
 
 NAMES = ["calibrate", "track", "simulate", "extract", "evaluate", "report", "reproduce", "train"]
 NAMES += ["compare", "export", "export_lerobot", "export_mcap", "export_nwb", "explain"]
-NAMES += ["explain_shear", "inspect", "samples", "view"]
+NAMES += ["inspect", "samples", "view"]
 
 
 def test_their_names_are_found_and_their_help_is_whole():

@@ -24,7 +24,7 @@ WITH_EXAMPLES = sorted(
 COMMANDS = {"example", "fetch", "init_session", "record", "import_recording", "calibrate", "track"}
 COMMANDS |= {"simulate", "extract", "evaluate", "report", "reproduce", "train", "export", "view"}
 COMMANDS |= {"export_lerobot", "export_mcap", "export_nwb", "explain", "inspect", "samples"}
-COMMANDS |= {"load_model", "evaluate_textures", "explain_shear", "neural", "compare"}
+COMMANDS |= {"load_model", "neural", "compare"}
 """Their examples need what other commands have written."""
 
 
@@ -55,8 +55,7 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
     failed = []
     finder = doctest.DocTestFinder(recurse=False)
     shown = ["simulate", "init_session", "calibrate", "track", "extract", "inspect", "samples"]
-    shown += ["evaluate", "report", "train", "load_model", "explain", "explain_shear", "export"]
-    shown += ["export_nwb"]
+    shown += ["evaluate", "report", "train", "load_model", "explain", "export", "export_nwb"]
     for name in shown:
         (example,) = finder.find(names[name], name, module=False, globs=names)
         found = doctest.DocTestRunner().run(example, clear_globs=False)

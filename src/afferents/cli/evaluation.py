@@ -40,25 +40,11 @@ def evaluate(
     With --split it is each trial, or each value of another condition, instead of each speed.
     """
     import afferents
-    from afferents.folds.held_out import TEXTURE
 
     given = {name: value for name, value in options.items() if value is not None}
-    if given.get("split") == TEXTURE:
-        from afferents.evaluation.results import texture_summaries
-        from afferents.reporting.unseen import texture_tables
-
-        del given["split"]
-        found: dict[str, Any] = afferents.evaluate_textures(
-            data, out, quiet=quiet or as_json, **given
-        )
-        tables = texture_tables(texture_summaries(out))
-        skipped = next(iter(found.values()))["skipped"]
-    else:
-        results = afferents.evaluate(data, out, quiet=quiet or as_json, **given)
-        found, tables = results.summary, _tables(results.found)
-        skipped = found["skipped"]
-    say(as_json, found, *tables, f"Results: {out}")
-    fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
+    results = afferents.evaluate(data, out, quiet=quiet or as_json, **given)
+    say(as_json, results.summary, *_tables(results.found), f"Results: {out}")
+    fail_if_skipped({entry.recording: entry.reason for entry in results.found.skipped})
 
 
 def report(
@@ -67,7 +53,7 @@ def report(
         Figures,
         typer.Option(
             help="How the paper's figures are drawn: as suits what was evaluated ('report'), or "
-            "as they are printed, 5 to 13 ('paper')."
+            "as they are printed, 7 to 13 ('paper')."
         ),
     ] = "report",
     as_json: Json = False,

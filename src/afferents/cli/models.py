@@ -53,48 +53,19 @@ def train(
 
 
 def explain(
-    model: Annotated[
-        str,
-        typer.Argument(help="Folder of a model that 'train' wrote; with --shear leave it out."),
-    ],
-    data: Annotated[
-        str | None, typer.Argument(help="A store that 'extract' wrote, or other data.")
-    ] = None,
-    *,
+    model: ModelFolder,
+    data: Data,
     out: Annotated[Path, typer.Option(help="Folder for the pictures.")],
-    shear: Annotated[
-        bool,
-        typer.Option(
-            "--shear",
-            help="Of the data alone: how much of the images is global shear, and whether texture "
-            "is told from it or from the rest.",
-        ),
-    ] = False,
     cut: CutName = "all",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Show what a model relies on: the markers, waves or frequencies that it fails without.
-
-    With --shear, and DATA in place of MODEL: whether the texture is in the skin's global shear.
-    """
+    """Show what a model relies on: the markers, waves or frequencies that it fails without."""
     import afferents
-    from afferents.errors import InputError
 
-    if shear and data is not None:
-        raise InputError(
-            f"--shear: expected DATA alone, without a model, found '{model}' before '{data}'"
-        )
-    if shear:
-        found = afferents.explain_shear(model, out, cut, quiet or as_json)
-    elif data is None:
-        raise InputError(
-            "DATA: expected a store beside the model, found none; or --shear for data alone"
-        )
-    else:
-        found = afferents.explain(model, data, out, cut, quiet or as_json)
+    found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
-    say(as_json, found.facts, *found.tables, *found.sentences, *pictures)
+    say(as_json, found.facts, *found.sentences, *pictures)
 
 
 def export(

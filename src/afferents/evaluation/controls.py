@@ -17,7 +17,7 @@ from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
 from afferents.evaluation.summary import accuracies_of
 from afferents.folds.controls import controlled, controls_of
-from afferents.models.fit_solved import named_when_left_out
+from afferents.models.fit_solved import predict_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 
@@ -86,8 +86,7 @@ def _asked(
     of, groups = np.unique(split.of(samples), return_inverse=True)
     values = samples.values.reshape(len(samples), -1)
     sharing = np.array([split.sharing(of, group) for group in of.tolist()])
-    everything = [np.arange(values.shape[1])]
-    (named,) = named_when_left_out(values, labels_of(samples), groups, everything, sharing)
+    named = predict_left_out(values, labels_of(samples), groups, sharing)
     predictions = pd.DataFrame({
         split.column: split.of(samples),
         "recording": samples[dims.RECORDING].values,

@@ -73,42 +73,6 @@ def evaluate(
     return load_results(Path(out))
 
 
-def evaluate_textures(
-    data: Data | Sequence[Data],
-    out: Place,
-    models: str | Model | Sequence[str | Model] = MODELS_ASKED,
-    quiet: bool = False,
-    **options: Any,
-) -> dict[str, dict[str, Any]]:
-    """Ask models about textures held out as well as speeds: ``evaluate --split texture``.
-
-    Two questions: is such a texture recognised as unknown, and how coarse is it (in mm, where
-    textures are named by their bump spacing)?
-
-    Parameters
-    ----------
-    data, out, models, quiet, options
-        As of `evaluate`.
-
-    Returns
-    -------
-    dict
-        A summary for each question that the data can answer: ``unknown``, ``roughness``.
-
-    Raises
-    ------
-    InputError
-        If something given is not what it should be, or an option makes no sense here.
-    """
-    import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
-    from afferents.evaluation.textures import evaluate_textures as run
-
-    with Progress(quiet) as progress:
-        chosen = EvaluationOptions(models=models, **options)
-        found = run(open_evaluation(data, out, chosen, progress), progress)
-    return {question: summary.content() for question, summary in found.items()}
-
-
 def open_evaluation(
     data: Data | Sequence[Data], out: Place, options: EvaluationOptions, progress: Progress
 ) -> "Evaluation":

@@ -164,15 +164,6 @@ def _named(predictions: pd.DataFrame, textures: list[str], by: list[str]) -> pd.
     return named
 
 
-def outside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the slowest and the fastest held-out speed; see `inside_speeds`.
-
-    None where no speed lies between others.
-    """
-    inner = inside_speeds(predictions)
-    return predictions.drop(index=inner.index) if len(inner) else inner
-
-
 def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
     """Return the rows whose held-out speed lies between others: neither slowest nor fastest.
 

@@ -111,11 +111,10 @@ class TrainingOptions(BaseModel):
     """Part of each recording to use: 'all' at constant speed, or the 'published' cut."""
     split: str = SPEED.name
     """What is held out in turn: 'speed', a condition of recordings such as 'trial', two at once
-    ('speed,force'), an 'angle' of the drum, or a 'texture' as well as a speed.
+    ('speed,force'), or an 'angle' of the drum.
 
     Of two at once, what is learnt from shares neither with what is tested. Of angles one of five is
-    held out, with 'angle-8' one of eight. A texture held out is to be recognised as unknown, and to
-    be placed by its bump spacing.
+    held out, with 'angle-8' one of eight.
     """
     steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json

@@ -307,7 +307,7 @@ class Evaluation:
         return self.recipe.recordings(self.data)
 
     def about(self, recordings: Sequence[Responses]) -> dict[str, Any]:
-        """Return what every summary says of the whole; see `schemas.About`."""
+        """Return what a summary says of the whole; see `schemas.Summary`."""
         recipe, n_used = self.recipe, len(recordings)
         some = n_used < sum(origin.n_recordings for origin in recipe.data)
         return {

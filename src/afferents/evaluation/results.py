@@ -23,9 +23,7 @@ from afferents.errors import InputError, reading
 from afferents.evaluation.schemas import (
     AGAIN,
     Config,
-    RoughnessSummary,
     Summary,
-    UnknownSummary,
 )
 from afferents.folds.held_out import Split
 from afferents.plugins import import_extra
@@ -35,8 +33,6 @@ OPTIONS = "options"
 """In the configuration: what was chosen in the last run, which `--config` takes again."""
 OWN_MODELS = "own_models.json"
 """What models of a user's own are."""
-UNKNOWN, ROUGHNESS = "unknown", "roughness"
-"""What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
 
@@ -137,28 +133,6 @@ def read_config(root: Path) -> dict[str, Any]:
 def read_summary(root: Path) -> Summary:
     """Read the numbers of a results folder; see `load_results`."""
     return Summary.read(root / SUMMARY, "the summary of an evaluation")
-
-
-def texture_summaries(root: Path) -> dict[str, UnknownSummary | RoughnessSummary]:
-    """Read the summaries of a folder of `--split texture`, by question; none of any other.
-
-    Raises
-    ------
-    InputError
-        If one is damaged.
-    """
-    schemas: dict[str, type[UnknownSummary | RoughnessSummary]] = {
-        UNKNOWN: UnknownSummary,
-        ROUGHNESS: RoughnessSummary,
-    }
-    there = {name: root / f"{name}.json" for name in schemas}
-    if not there[UNKNOWN].is_file():
-        return {}
-    return {
-        name: schemas[name].read(path, "the summary of an evaluation")
-        for name, path in there.items()
-        if path.is_file()
-    }
 
 
 def read_predictions(path: Path) -> pd.DataFrame:

@@ -43,7 +43,7 @@ ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 
 Counted = bool | Count
 Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
-"""A speed or a spacing as the key of a table: ``10``, ``12.5``."""
+"""A length of touch, s, as the key of a table: ``1``, ``0.11``."""
 
 
 class Schema(BaseModel):
@@ -235,8 +235,8 @@ class Intervals(Schema):
     """How many there are."""
 
 
-class About(Schema):
-    """What every summary says of the whole."""
+class Summary(Schema):
+    """`summary.json`."""
 
     schema_version: Literal[3] = Field(alias="schema")
     """Of the files."""
@@ -283,11 +283,6 @@ class About(Schema):
     """Classes in order."""
     speeds_mm_s: tuple[Speed, ...] = ()
     """Speeds that were held out in turn."""
-
-
-class Summary(About):
-    """`summary.json`."""
-
     split_name: SplitName = Field(default=SPEED.name, alias="split")
     """With another split: what was held out, the condition's name."""
     groups: tuple[GroupName, ...] = ()
@@ -338,115 +333,3 @@ class Summary(About):
     def held_out_keys(self) -> list[str]:
         """The same as the keys of tables."""
         return [key_of(group) for group in self.held_out]
-
-
-# Summaries of `--split texture`.
-
-
-class ShareUnknown(Schema):
-    """Share called unknown, at some held-out speeds."""
-
-    mean: Share
-    """Over these speeds."""
-    ci95: Shares
-    """Its 95% interval, low and high."""
-
-
-class UnknownBySpeed(ShareUnknown):
-    """The same at all held-out speeds, at those that lie between others, and at the two ends."""
-
-    inside: ShareUnknown | None
-    """At held-out speeds between other held-out speeds; null where none lie inside."""
-    outside: ShareUnknown | None
-    """At the slowest and the fastest; null likewise."""
-    by_speed: dict[Key, Share] = Field(min_length=1)
-    """At each."""
-
-
-Unit = Literal["samples", "recordings"]
-"""What may be called unknown: a sample, or a whole recording."""
-
-
-class UnknownTexture(Schema):
-    """How often one texture is called unknown: left out, and where it was learnt from."""
-
-    found_samples: Share
-    """Of its samples, where it was left out."""
-    found_recordings: Share
-    """Of its recordings, where it was left out."""
-    false_alarms: Share
-    """Of its samples, where it was learnt from."""
-    auroc: Share
-    """Area under the ROC curve of its samples, left out, against those learnt."""
-
-
-class UnknownOutcome(Schema):
-    """`models.<name>` of `unknown.json`: what a model makes of textures held out."""
-
-    found: dict[Unit, UnknownBySpeed]
-    """Share called unknown of the texture left out, for `samples` and `recordings`: `mean` over
-    held-out speeds, its `ci95`, the same two `inside` and `outside`, and `by_speed`."""
-    false_alarms: dict[Unit, UnknownBySpeed]
-    """The same of the textures learnt from."""
-    auroc: dict[Unit, Share | None]
-    """Of `samples` and `recordings`: how often the novelty of what was held out is above that of
-    what was learnt (area under the ROC curve); mean over folds."""
-    auroc_inside: dict[Unit, Share | None]
-    """The same at speeds between other held-out speeds; null where none lie inside."""
-    auroc_outside: dict[Unit, Share | None]
-    """The same at the slowest and the fastest; null likewise."""
-    auroc_by_speed: dict[Key, Share]
-    """Of samples."""
-    by_texture: dict[str, UnknownTexture]
-    """`found_samples`, `found_recordings`, `auroc` of this texture left out, and its `false_alarms`
-    where it was learnt from."""
-    n: Count
-    """Samples of textures left out."""
-
-
-class UnknownSummary(About):
-    """`unknown.json`."""
-
-    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
-    """Speeds that were held out in turn."""
-    false_alarms_stated: Share
-    """Share of the samples of known textures that the limit lets be called unknown, at speeds
-    between those learnt from."""
-    intervals: Intervals
-    """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
-    models: dict[str, UnknownOutcome] = Field(min_length=1)
-    """By name, the outcome of a model, see below."""
-
-
-class RoughnessOutcome(Schema):
-    """`models.<name>.<kind>` of `roughness.json`: how far off a model is in mm."""
-
-    mae_mm: Amount
-    """Mean absolute error, mean over held-out speeds."""
-    mae_mm_inside: Amount | None
-    """The same over the speeds between other held-out speeds."""
-    mae_mm_recordings: Amount
-    """The same of recordings' means."""
-    by_speed: dict[Key, Amount] = Field(min_length=1)
-    """Mean absolute error at each held-out speed."""
-    by_spacing: dict[Key, Amount] = Field(min_length=1)
-    """Mean absolute error of each bump spacing."""
-    covered: Share
-    """Share of the held-out samples that lie in their intervals."""
-    half_interval_mm: Amount
-    """Mean half width of the intervals."""
-    n: Count
-    """Samples."""
-
-
-class RoughnessSummary(About):
-    """`roughness.json`."""
-
-    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
-    """Speeds that were held out in turn."""
-    coverage_asked: Share
-    """Share of the errors inside the training data that the intervals are as wide as. It is no
-    promise for what is held out."""
-    models: dict[str, dict[Literal["seen", "unseen"], RoughnessOutcome]]
-    """By name, for `seen` textures (learnt at other speeds) and `unseen` ones (held out), the
-    outcome of a model, see below."""

@@ -27,8 +27,6 @@ Group = float | str
 """A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
 
 OPTION = "--split"
-TEXTURE = "texture"
-"""Held out as well as a speed; another evaluation, with questions of its own."""
 NAME = r"\w[\w .+-]*"
 """Of a condition."""
 _LONGEST = 80
@@ -495,9 +493,6 @@ def split_named(name: str) -> Split:
     """
     if name == SPEED.name:
         return SPEED
-    if name == TEXTURE:
-        do = "only evaluate --split texture (evaluate_textures in Python) takes it"
-        raise InputError(f"{OPTION}: expected 'speed' or a condition, found '{TEXTURE}'{then(do)}")
     if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
         return ByAngle(name)
     if re.fullmatch(rf"{NAME},{NAME}", name):
@@ -506,8 +501,8 @@ def split_named(name: str) -> Split:
             expected = "two different ones of 'speed' and conditions of the recordings"
             raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
         return pair
-    if not re.fullmatch(NAME, name):
-        expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
+    if name == dims.TEXTURE or not re.fullmatch(NAME, name):
+        expected = "'speed', 'angle' or a condition of the recordings, such as trial"
         raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
     return Split(name)
 

@@ -113,11 +113,6 @@ class Classifier(nn.Module, ABC):
         """Return the scores of the textures, (batch, n_classes), of scaled samples."""
         return self.scores_of(self.last_features(samples))
 
-    @classmethod
-    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
-        """Tell whether it takes part where textures are held out (`--split texture`)."""
-        return False
-
 
 class Network(Classifier):
     """A classifier that learns in the training loop.
@@ -167,9 +162,6 @@ class Solved(Classifier):
     searched
         The same of one that has a single penalty, where a user asks that it be chosen; none for
         what has nothing to choose.
-    learns_from_sums
-        Whether it is `Gram.solve_as_ridge`, nearly, so that textures can be left out without going
-        through the other samples again.
     adds_up
         Whether what it gathers of samples adds up exactly, and can be taken away again.
     told_speed
@@ -178,7 +170,6 @@ class Solved(Classifier):
 
     penalties: ClassVar[tuple[float, ...]]
     searched: ClassVar[tuple[float, ...]] = ()
-    learns_from_sums: ClassVar[bool] = False
     adds_up: ClassVar[bool] = False
     novelty_of_scores: ClassVar[bool] = True
     told_speed: bool = False
@@ -221,10 +212,6 @@ class Solved(Classifier):
         None if it does not need the speed, or is given it.
         """
         return None
-
-    def over_texture(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
-        """Return samples as far as they can be compared at any speed, flat (n, value)."""
-        return values.flatten(1)
 
 
 def build_for(kind: type[Classifier], task: Task) -> Classifier:

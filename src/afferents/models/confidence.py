@@ -119,28 +119,15 @@ class Novelty(nn.Module):
         Parameters
         ----------
         values, labels
-            Of training samples, (n, feature) and (n,).
+            Of training samples, (n, feature) and (n,); no class may be without any.
         unseen
-            Values of samples that were not learnt from, (m, feature).
-        """
-        self.fit_classes(values, labels)
-        self.set_limit(self.distance(unseen))
-
-    @torch.no_grad()
-    def fit_classes(self, values: Tensor, labels: Tensor) -> None:
-        """Learn the classes from training samples, (n, feature) and (n,), in place.
-
-        None of the classes may be empty. What whitens their common covariance is a factor of its
-        inverse, (feature, feature).
+            Values of samples that were not learnt from, (m, feature): `KNOWN` of them are below 1.
         """
         self.means = torch.stack([values[labels == c].mean(0) for c in range(len(self.means))])
         within = (values - self.means[labels]).double()
         covariance = within.T @ within / len(within)
         variance = covariance.diagonal().mean().clamp_min(_LEAST_VARIANCE)
         ridge = _RIDGE * variance * torch.eye(len(covariance))
+        # A factor of the inverse of the covariance that all classes share.
         self.whitening = torch.linalg.cholesky(torch.linalg.inv(covariance + ridge)).float()
-
-    @torch.no_grad()
-    def set_limit(self, distances: Tensor) -> None:
-        """Set the limit that `KNOWN` of the distances (m,) of known but unseen samples keep to."""
-        self.limit = torch.quantile(distances, KNOWN)
+        self.limit = torch.quantile(self.distance(unseen), KNOWN)

@@ -45,14 +45,10 @@ Fixed after 0.001 to 10 had been tried at held-out speeds of one simulated sessi
 Sums = NDArray[np.float32]
 
 
-def named_when_left_out(
-    values: Sums,
-    labels: Indices,
-    groups: Indices,
-    columns: Sequence[Indices],
-    sharing: NDArray[np.bool_] | None = None,
-) -> list[Indices]:
-    """Return what samples are taken for by discriminants that have not learnt from their group.
+def predict_left_out(
+    values: Sums, labels: Indices, groups: Indices, sharing: NDArray[np.bool_]
+) -> Indices:
+    """Return the textures (n,) that discriminants name which have not learnt from a sample's group.
 
     Parameters
     ----------
@@ -60,27 +56,17 @@ def named_when_left_out(
         (n, feature).
     labels, groups
         Numbers of textures and of groups, such as speeds, (n,).
-    columns
-        Which features each discriminant learns from.
     sharing
-        Which groups (of all, in order) are not learnt from where each is left out; None for that
-        group alone.
-
-    Returns
-    -------
-    For each, the numbers of textures, (n,).
+        Which groups (of all, in order) are not learnt from where each is left out.
     """
     x, n_classes = torch.from_numpy(values), int(labels.max()) + 1
     at = [np.flatnonzero(groups == group) for group in np.unique(groups)]
     of_group = [_sums(x[index], torch.from_numpy(labels[index]), n_classes, len(x)) for index in at]
-    found = [np.empty(len(values), np.int64) for _ in columns]
-    without = np.eye(len(at), dtype=np.bool_) if sharing is None else sharing
-    for number, index in enumerate(at):
-        learnt = sum_of([its for its, no in zip(of_group, without[number], strict=True) if not no])
-        for named, own in zip(found, columns, strict=True):
-            features = torch.from_numpy(own)
-            weight, constant = learnt.of(features).solve_as_discriminant(SHRINKAGE)
-            named[index] = (x[index][:, features] @ weight + constant).argmax(1).numpy()
+    found = np.empty(len(values), np.int64)
+    for index, without in zip(at, sharing, strict=True):
+        learnt = sum_of([its for its, no in zip(of_group, without, strict=True) if not no])
+        weight, constant = learnt.solve_as_discriminant(SHRINKAGE)
+        found[index] = (x[index] @ weight + constant).argmax(1).numpy()
     return found
 
 

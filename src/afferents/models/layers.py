@@ -5,7 +5,7 @@ differ from PyTorch's, this file holds the translation, so that the networks rea
 published tables.
 """
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -99,24 +99,6 @@ def l2_penalty(model: nn.Module, factor: float = L2) -> Tensor:
     """
     squares = [kernel.square().sum() for kernel in kernels_with_l2(model)]
     return factor * torch.stack(squares).sum() if squares else torch.zeros(())
-
-
-class ParameterCount(NamedTuple):
-    """Parameters of a network as Keras' `summary()` counts them."""
-
-    total: int
-    """Trainable parameters and the running means and variances of batch normalisation."""
-    trainable: int
-
-
-def count_parameters(model: nn.Module) -> ParameterCount:
-    """Count a network's parameters as Keras does.
-
-    The frozen second LSTM bias is not counted: Keras has none.
-    """
-    trainable = sum(p.numel() for p in model.parameters() if p.requires_grad)
-    running = sum(b.numel() for b in model.buffers() if b.is_floating_point())
-    return ParameterCount(trainable + running, trainable)
 
 
 def set_dropout(

@@ -32,27 +32,8 @@ IMAGE_CHANNELS = 128
 class SpatialNet(Network):
     """Texture from one tactile image: three convolutions and two dense layers.
 
-    ========================  =================  ==========
-    layer (ReLU after each)   output at 19 x 19  parameters
-    ========================  =================  ==========
-    Conv 64, 3 x 3, same      19 x 19 x 64              640
-    MaxPool 2                 9 x 9 x 64
-    BatchNorm                 9 x 9 x 64                256
-    Conv 128, 3 x 3, same     9 x 9 x 128            73,856
-    BatchNorm                 9 x 9 x 128               512
-    Conv 128, 3 x 3, valid    7 x 7 x 128           147,584
-    BatchNorm                 7 x 7 x 128               512
-    MaxPool 2                 3 x 3 x 128
-    BatchNorm                 3 x 3 x 128               512
-    Flatten, Dropout 0.4      1152
-    Dense 32, L2              32                     36,896
-    BatchNorm, Dropout 0.4    32                        128
-    Dense 16, L2              16                        528
-    BatchNorm, Dropout 0.2    16                         64
-    Dense 13, L2              13                        221
-    ========================  =================  ==========
-
-    Together 261,709, of which 260,717 are trainable, as Keras counts.
+    docs/paper.md lists its layers: 261,709 parameters, of which 260,717 are trainable, as Keras
+    counts.
 
     Deviations: the output are logits, the softmax is in the loss and in prediction; rows and
     columns are those of the camera view, where the published arrays are transposed. The
@@ -148,24 +129,10 @@ UNITS = 10
 class CnnLstm(Network):
     """Texture from a run of tactile images: a network for every frame, then three LSTMs.
 
-    ============================  =================  ==========
-    layer                         output             parameters
-    ============================  =================  ==========
-    image stack of `SpatialNet`   10 x 1152             223,872
-    LSTM 10, sequence             10 x 10                46,520
-    LSTM 10, sequence             10 x 10                   840
-    LSTM 10, last state           10                        840
-    Dropout 0.4                   10
-    Dense 32, ReLU, L2            32                        352
-    BatchNorm, Dropout 0.2        32                        128
-    Dense 16, ReLU, L2            16                        528
-    BatchNorm, Dropout 0.2        16                         64
-    Dense 13, L2                  13                        221
-    ============================  =================  ==========
-
-    Together 273,365, of which 272,373 are trainable, as Keras counts. The frames share the
-    image stack's weights, and its batch statistics run over all frames of a batch. The LSTMs
-    have tanh and sigmoid gates. (The paper calls the model a ConvLSTM; it is none.)
+    docs/paper.md lists its layers: 273,365 parameters, of which 272,373 are trainable, as Keras
+    counts. The frames share the image stack's weights, and its batch statistics run over all frames
+    of a batch. The LSTMs have tanh and sigmoid gates. (The paper calls the model a ConvLSTM; it is
+    none.)
 
     Deviations: the output are logits. PyTorch's LSTM has a second bias of 120 values in all,
     which stays zero and is not trained.
@@ -255,27 +222,9 @@ CHANNELS = 128
 class VibrationNet(Network):
     """Texture from a vibration spectrum: four one-dimensional convolutions and a dense layer.
 
-    ==========================  ==================  ==========
-    layer                       output at 200 bins  parameters
-    ==========================  ==================  ==========
-    Conv 128, 5, same, ReLU     200 x 128                  768
-    MaxPool 3                   66 x 128
-    BatchNorm                   66 x 128                   512
-    Conv 128, 5, same, ReLU     66 x 128                82,048
-    BatchNorm                   66 x 128                   512
-    MaxPool 3                   22 x 128
-    Conv 128, 5, same, ReLU     22 x 128                82,048
-    BatchNorm                   22 x 128                   512
-    MaxPool 3                   7 x 128
-    Conv 128, 5, valid, ReLU    3 x 128                 82,048
-    BatchNorm                   3 x 128                    512
-    Flatten, Dropout 0.4        384
-    Dense 32, ReLU, L2          32                      12,320
-    Dense 13                    13                         429
-    ==========================  ==================  ==========
-
-    Together 261,709, of which 260,685 are trainable, as Keras counts (that `SpatialNet` has
-    the same total is a coincidence). With 16 vibration channels 271,309.
+    docs/paper.md lists its layers: 261,709 parameters, of which 260,685 are trainable, as Keras
+    counts (that `SpatialNet` has the same total is a coincidence). With 16 vibration channels
+    271,309.
 
     Deviations: the output are logits. The convolutions are written in two dimensions with a
     height of 1, which is the same arithmetic and faster on a CPU in channels_last order.

@@ -90,11 +90,6 @@ class OrderSearch(Solved):
         per_mm = task.encoding.per_mm
         return cls(task.n_classes, n_channels, task.frequency_hz, per_mm, task.speed_from)
 
-    @classmethod
-    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
-        """Tell that it takes part where it is told the speed, else it would search too long."""
-        return speed_from == "robot"
-
     def __init__(
         self,
         n_classes: int,
@@ -198,11 +193,6 @@ class OrderSearch(Solved):
             return self.measured(values)
         named = self._search(values)[torch.arange(len(values)), :, textures]
         return self.speeds[named.argmax(1)]
-
-    def over_texture(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
-        """Return values over cycles per mm at known speeds, flat (n, value); 0 where unheard."""
-        parts, heard = self._shifted(values, speed_mm_s)
-        return (parts * heard).flatten(1)
 
     def _search(self, values: Tensor) -> Tensor:
         """Return scores at all speeds, (n, supposed speed, n_classes)."""

@@ -15,7 +15,6 @@ import torch
 from torch import Tensor, nn
 
 from afferents.models.base import Classifier, FitData, Solved, Task
-from afferents.models.model import SpeedFrom
 
 PENALTY = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
@@ -60,13 +59,6 @@ class Gram:
         """Return what is needed of the samples of both."""
         return self._joined(other, 1)
 
-    def of(self, features: Tensor) -> "Gram":
-        """Return what is needed of some of the features, whose numbers are given."""
-        rows = torch.cat([features, torch.tensor([len(self._xx) - 1])])
-        part = Gram(len(features), self._xy.shape[1])
-        part._xx, part._xy = self._xx[rows][:, rows], self._xy[rows]
-        return part
-
     def _joined(self, other: "Gram", sign: int) -> "Gram":
         joined = Gram(len(self._xx) - 1, self._xy.shape[1])
         joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
@@ -84,16 +76,6 @@ class Gram:
         penalty[:-1] = strength
         solved = torch.linalg.solve(self._xx + torch.diag(penalty), self._xy).float()
         return solved[:-1], solved[-1]
-
-    def solve_as_ridge(self) -> tuple[Tensor, Tensor]:
-        """Return weights and constants of what `Ridge` learns from these samples.
-
-        It standardises features first. One divided by its standard deviation has a weight as many
-        times larger, so here the penalty is larger instead, and features stay as they are.
-        """
-        n = self._xx[-1, -1]
-        variance = self._xx.diagonal()[:-1] / n - (self._xx[-1, :-1] / n).square()
-        return self.solve(PENALTY * variance.clamp_min(_LEAST_SD**2))
 
     def solve_as_discriminant(self, shrinkage: float) -> tuple[Tensor, Tensor]:
         """Return weights and constants of what `Discriminant` learns from these samples.
@@ -133,10 +115,6 @@ class Rows:
         """Return the samples of both."""
         mine, its = (self._x, self._y, self._weight), (other._x, other._y, other._weight)
         return Rows(*(torch.cat(pair) for pair in zip(mine, its, strict=True)))
-
-    def of(self, features: Tensor) -> "Rows":
-        """Return the samples with some of the features, whose numbers are given."""
-        return Rows(self._x[:, features], self._y, self._weight)
 
     def solve(self, strength: float | Tensor) -> tuple[Tensor, Tensor]:
         """Return weights and constants, as `Gram.solve`."""
@@ -205,7 +183,6 @@ class Ridge(Solved):
     name = "ridge"
     penalties: ClassVar[tuple[float, ...]] = (PENALTY,)
     searched: ClassVar[tuple[float, ...]] = SEARCHED
-    learns_from_sums = True
     mean: Tensor
     sd: Tensor
 
@@ -225,11 +202,6 @@ class Ridge(Solved):
     def built_for(cls, task: Task) -> Self:
         """Return one for samples of any shape."""
         return cls(task.n_classes, task.sample_shape)
-
-    @classmethod
-    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
-        """Tell that it takes part: leaving out a texture takes no time."""
-        return cls.learns_from_sums
 
     @property
     def n_last(self) -> int:
@@ -275,7 +247,6 @@ class SearchedRidge(Ridge):
 
     name = "ridge-searched"
     penalties = (30.0, 1e3, 3e4, 1e6)
-    learns_from_sums = False
 
 
 def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:
@@ -323,7 +294,6 @@ class Discriminant(Ridge):
 
     name = "discriminant"
     penalties = (0.01, 0.1, 1.0)
-    learns_from_sums = False
     adds_up = True
 
     def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
@@ -380,4 +350,3 @@ class JointFusion(Ridge):
 
     name = "joint-fusion"
     deployable = False
-    learns_from_sums = False

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import torch
 import xarray as xr
 from matplotlib.figure import Figure
@@ -288,12 +287,11 @@ _RATE_TOLERANCE = 0.02
 
 @dataclass
 class Explanation:
-    """Sentences, pictures, numbers for scripts, and tables."""
+    """Sentences, pictures, and numbers for scripts."""
 
     sentences: list[str] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
-    tables: list[pd.DataFrame] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,11 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
-
-from matplotlib.figure import Figure
 
 from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.samples import Samples
 from afferents.evaluation.results import Results
-from afferents.models.shapes import LayerShape
 from afferents.reporting.accuracy import accuracy_pictures
 from afferents.reporting.choice import instead_of
 from afferents.reporting.confusion import (
@@ -30,7 +26,7 @@ from afferents.reporting.spectra import (
     stretch_example,
     stretch_figure,
 )
-from afferents.reporting.style import LINE, ReportFigure, new_figure, styled
+from afferents.reporting.style import ReportFigure
 
 _OF_CHANNEL = {
     dims.SA1: ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest, px"),
@@ -41,16 +37,6 @@ _APART = {
     20: ("frames 20 apart", "20-apart", "as the paper's code draws them (its caption says 10)"),
     1: ("frames in a row", "in-a-row", "as the paper's text has them"),
 }
-
-
-class DrawnNetwork(NamedTuple):
-    """A network: its title, what enters it, its layers, and its parameters in all."""
-
-    title: str
-    input_shape: str
-    layers: Sequence[LayerShape]
-    n_parameters: int
-    n_trainable: int
 
 
 @dataclass(frozen=True)
@@ -67,15 +53,12 @@ class FigureData:
         Where the first of these frames lies, in words.
     sliding
         Sliding direction in the camera's view; empty where nothing declares one.
-    networks
-        Of Figures 5 (images) and 6 (vibration), as printed, by the figure's number.
     """
 
     spectra: Samples | None = None
     frames: Mapping[tuple[str, int], Sequence[FrameRow]] = field(default_factory=dict)
     began: str = ""
     sliding: str = ""
-    networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
 
 
 def draw_pictures(
@@ -92,9 +75,7 @@ def draw_pictures(
         what the paper has no figure of, such as matrices of other models, keeps its own.
     """
     source = source_line(results.found)
-    printed = style == "paper"
     of_paper = [
-        *(_network_pictures(data, source) if printed else ()),
         *_stretch_picture(data, source),
         *_spectra_picture(data, source, style),
         *_image_pictures(data, source, style),
@@ -221,48 +202,3 @@ def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[R
             f"Rows of ten {afferent} tactile images, a row for each texture and speed.",
             images_figure(rows, channel, title, source, data.sliding, one_scale=printed),
         )
-
-
-def _network_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
-    of_what = {5: "Networks of tactile images", 6: "Network of vibration spectra"}
-    for number, networks in data.networks.items():
-        title = f"Figure {number}. {of_what[number]}"
-        yield ReportFigure(
-            f"paper-figure{number:02d}",
-            title,
-            "Layer by layer, read off the networks as they were built for these data: shape of "
-            "what leaves a layer, and its parameters as Keras counts them (with the running means "
-            "and variances of batch normalisation). The softmax is part of the loss.",
-            "Layers of " + " and ".join(one.title for one in networks) + ", a line for each.",
-            networks_figure(networks, title, source),
-        )
-
-
-# Figures 5 and 6: the networks layer by layer, as they were built for the data.
-#
-# What a layer is, the shape that leaves it and how many parameters it has come from the network
-# itself; nothing of them is written here.
-
-
-@styled
-def networks_figure(networks: Sequence[DrawnNetwork], title: str, source: str) -> Figure:
-    """Draw networks side by side, each a column of layers from the input down."""
-    longest = max(len(network.layers) for network in networks)
-    size = max(4.2 * len(networks), 5.6), 0.225 * (longest + 3) + 1.0
-    figure = new_figure(*size, title, source)
-    panels = figure.subplots(1, len(networks), squeeze=False)[0]
-    for axes, network in zip(panels, networks, strict=True):
-        axes.set_axis_off()
-        axes.set_title(network.title, loc="left", fontweight="bold", fontsize=9.5)
-        layers = [(one.title, one.shape, f"{one.n_parameters:,}") for one in network.layers]
-        n, trainable = f"{network.n_parameters:,}", f"in all; {network.n_trainable:,} are trainable"
-        table = axes.table(
-            [("input", network.input_shape, ""), *layers, ("", trainable, n)],
-            colLabels=("layer", "output", "parameters"), colWidths=(0.42, 0.38, 0.2),
-            cellLoc="right", colLoc="right", edges="horizontal", bbox=(0, 0, 1, 1),
-        )  # fmt: skip
-        table.auto_set_font_size(False)
-        for (_, column), cell in table.get_celld().items():
-            cell.set(edgecolor=LINE, linewidth=0.5)
-            cell.set_text_props(fontsize=8, ha="right" if column else "left")
-    return figure

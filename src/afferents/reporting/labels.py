@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from afferents.evaluation.intervals import SESSION
-from afferents.evaluation.schemas import About, Outcome, Summary, UnknownSummary
+from afferents.evaluation.schemas import Outcome, Summary
 from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
@@ -23,13 +23,12 @@ ABBREVIATIONS = {
 """Of the models' titles, with the paper's words (sections 2.2.1 and 2.4.1)."""
 
 
-def drawn_over(summary: Summary | UnknownSummary) -> str:
+def drawn_over(summary: Summary) -> str:
     """Return what was drawn anew: `13 textures, each with all its speeds`, `5 sessions`."""
     n = summary.intervals.n
     if summary.intervals.bootstrap_unit == SESSION:
         return f"{n} sessions"
-    many = summary.split.many if isinstance(summary, Summary) else SPEED.many
-    return f"{n} textures, each with all its {many}"
+    return f"{n} textures, each with all its {summary.split.many}"
 
 
 def and_seeds(summary: Summary) -> str:
@@ -38,10 +37,10 @@ def and_seeds(summary: Summary) -> str:
     return ", and over training seeds" if several else ""
 
 
-def interval_note(summary: Summary | UnknownSummary) -> str:
+def interval_note(summary: Summary) -> str:
     """Return how 95% intervals were made and what they leave out."""
-    seeds = and_seeds(summary) if isinstance(summary, Summary) else ""
-    made, n = f"95% intervals are drawn over {drawn_over(summary)}{seeds}.", summary.intervals.n
+    made = f"95% intervals are drawn over {drawn_over(summary)}{and_seeds(summary)}."
+    n = summary.intervals.n
     if summary.intervals.bootstrap_unit == SESSION:
         few = f" {n} are few, and few make them wide." if n < FEW_SESSIONS else ""
         return f"{made} So they say how much a further session like these may differ.{few}"
@@ -85,9 +84,9 @@ def texture_labels(textures: Sequence[str], by_spacing: bool) -> dict[str, str]:
     return {t: name if name == t else f"{name} ({t} mm)" for t, name in named.items()}
 
 
-def spacing_note(about: About) -> str:
+def spacing_note(summary: Summary) -> str:
     """Return what letters stand for: `a: smooth; b to m: bumps 0.5 to 6 mm apart`; else nothing."""
-    named = texture_names(about.textures, about.named_by_spacing)
+    named = texture_names(summary.textures, summary.named_by_spacing)
     if list(named) == list(named.values()):
         return ""
     bumpy = {texture: name for texture, name in named.items() if texture != "0"}
@@ -105,11 +104,11 @@ def texture_axis(textures: Sequence[str], by_spacing: bool) -> str:
     return "texture (bump spacing, mm)" if numbered and by_spacing and not lettered else "texture"
 
 
-def model_title(name: str, summary: About | None) -> str:
+def model_title(name: str, summary: Summary | None) -> str:
     """Return the title of a model: of the package's, or of a user's own as a summary holds it."""
     if name in MODELS:
         return MODELS[name].title
-    return summary.titles.get(name, name) if isinstance(summary, Summary) else name
+    return summary.titles.get(name, name) if summary else name
 
 
 def in_table_order(names: Sequence[str]) -> list[str]:
@@ -162,14 +161,14 @@ def shortened(names: Sequence[str], most: int = 16) -> str:
     return f"{', '.join(names[: most - 1])}, … {names[-1]}"
 
 
-def textures_line(about: About) -> str:
+def textures_line(summary: Summary) -> str:
     """Return how many textures there are, their names and, once, what letters stand for."""
-    named, note = texture_names(about.textures, about.named_by_spacing), spacing_note(about)
+    named, note = texture_names(summary.textures, summary.named_by_spacing), spacing_note(summary)
     names = list(named.values())
     return f"{len(names)}: {shortened(names)}" + f"; letters as in the paper ({note})" * bool(note)
 
 
-def data_line(about: About) -> str:
+def data_line(summary: Summary) -> str:
     """Return every source with its number of recordings, whether it is simulated, how many served.
 
     Of a path the last part; the rest says where it lies, not what it is.
@@ -177,9 +176,9 @@ def data_line(about: About) -> str:
     line = ", ".join(
         f"{data.source.rstrip('/').rpartition('/')[2] or data.source} ({data.n_recordings} "
         f"{'simulated ' if data.simulated else ''}recordings)"
-        for data in about.data
+        for data in summary.data
     )
-    return line if about.n_used is None else f"{line}, {about.n_used} of them used"
+    return line if summary.n_used is None else f"{line}, {summary.n_used} of them used"
 
 
 def control_asked(summary: Summary) -> str:

@@ -11,7 +11,7 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from afferents.evaluation.results import CONFIG, Results
-from afferents.evaluation.schemas import About, Summary
+from afferents.evaluation.schemas import Summary
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
 from afferents.reporting.comparisons import beside_paper, differences
@@ -67,9 +67,13 @@ def render_report(
     tables = [first, differences(summary), *others]
     drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]
     n_leading = 1 if summary.models else 0  # accuracy by what was held out: see `draw_pictures`
-    return render(
+    return _filled(
         "report.html",
-        summary,
+        data=summary.data,
+        simulated=[data for data in summary.data if data.simulated],
+        skipped=summary.skipped,
+        issues=summary.issues,
+        version=summary.afferents,
         held_out=summary.split,
         asked=what_was_asked(summary),
         headline=headline(summary),
@@ -88,19 +92,6 @@ def render_report(
         pictures=drawn[n_leading:],
         config=json.dumps(results.config, indent=2),
         command=redo_command(results),
-    )
-
-
-def render(template: str, summary: About, **content: Any) -> str:
-    """Return a page of results: its template, with what is of all of them and with `content`."""
-    return _filled(
-        template,
-        simulated=[data for data in summary.data if data.simulated],
-        skipped=summary.skipped,
-        issues=summary.issues,
-        data=summary.data,
-        version=summary.afferents,
-        **content,
     )
 
 

@@ -1,6 +1,6 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -15,7 +15,6 @@ from afferents.choices import Figures
 from afferents.documents import as_form
 from afferents.encodings.images import spatial_samples
 from afferents.encodings.samples import Samples
-from afferents.encodings.settings import ENCODINGS
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import open_data, recordings_in
@@ -24,30 +23,24 @@ from afferents.evaluation.results import (
     CONFIG,
     Results,
     load_results,
-    texture_summaries,
 )
 from afferents.files import Place, write_aside, write_text
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
-from afferents.models.classifiers import build, classifier_of
-from afferents.models.layers import count_parameters
-from afferents.models.model import TABLE1, Model
-from afferents.models.shapes import layer_shapes, written_shape
 from afferents.progress import Progress
 from afferents.reporting.choice import panels_of
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
-from afferents.reporting.figures import DrawnNetwork, FigureData, draw_pictures
+from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
 from afferents.reporting.labels import are_published
 from afferents.reporting.page import render_report
 from afferents.reporting.tables import by_texture_table, short_table1, table1, to_markdown
-from afferents.reporting.unseen import render_textures, texture_tables
 from afferents.store.responses import Responses, conditions, speed_of
 from afferents.store.trimming import with_steady
 
 PAGE, FIRST_TABLE = "report.html", "table1.md"
-TEXTURES, BESIDE = "textures.md", "beside_paper.md"
+BESIDE = "beside_paper.md"
 SETTLING_FRAMES = 90
 """How many frames before those of Figures 8 and 10 are read, so that a marker that can't be filled
 from those round it has a last value to keep."""
@@ -60,14 +53,12 @@ _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
 def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:
     """Write Table 1, figures and a self-contained page from a results folder.
 
-    Of one of `--split texture`, the page and `textures.md`.
-
     Parameters
     ----------
     results
         As `evaluate` leaves it.
     figures
-        ``paper`` to draw the paper's figures as they are printed (5 to 13), in place of our own of
+        ``paper`` to draw the paper's figures as they are printed (7 to 13), in place of our own of
         the same numbers, each saying where it departs from that; ``report`` for those that suit
         what was evaluated.
     quiet
@@ -92,11 +83,6 @@ def report(results: Place, quiet: bool = False, figures: Figures = "report") -> 
     if figures not in get_args(Figures):
         raise InputError(f"figures: expected {' or '.join(get_args(Figures))}, found '{figures}'")
     folder = Path(results)
-    page = folder / PAGE
-    if summaries := texture_summaries(folder):
-        _write_tables(folder / TEXTURES, *texture_tables(summaries))
-        write_text(page, render_textures(summaries, folder))
-        return page
     evaluated = load_results(folder)
     with Progress(quiet) as progress:
         data, notes = figure_data(evaluated, progress, figures)
@@ -108,6 +94,7 @@ def report(results: Place, quiet: bool = False, figures: Figures = "report") -> 
     beside = [beside_paper(evaluated.found)]
     beside += [by_texture_table(evaluated)] if are_published(evaluated.found) else []
     _write_tables(folder / BESIDE, *beside)
+    page = folder / PAGE
     write_text(page, render_report(evaluated, pictures, notes))
     return page
 
@@ -124,17 +111,8 @@ def compare_runs(folders: Sequence[Path]) -> tuple[pd.DataFrame, Path]:
     Raises
     ------
     InputError
-        If there are no results in one of them, one is given twice, or one of several is of
-        `--split texture`.
+        If there are no results in one of them, or one is given twice.
     """
-    of_textures = [folder for folder in folders if texture_summaries(folder)]
-    if of_textures and len(folders) > 1:
-        raise InputError(
-            f"{of_textures[0]}: expected results of --split speed, to compare, found results of "
-            "--split texture; report them alone"
-        )
-    if of_textures:
-        return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
     names = [folder.resolve().name for folder in folders]
     if len(set(names)) < len(names):  # such as `results`, where `reproduce` leaves them
         names = list(map(str, folders))
@@ -165,8 +143,7 @@ def figure_data(
         frames, began = _frames(recordings, results.found.named_by_spacing, style)
         said = {str(conditions(recording).get("direction", "")) for recording in recordings}
         sliding = said.pop() if len(said) == 1 else ""
-        shapes = _sample_shapes(results.config, frames, spectra) if style == "paper" else {}
-        return FigureData(spectra, frames, began, sliding, _networks(results, shapes)), notes
+        return FigureData(spectra, frames, began, sliding), notes
     except _UNREADABLE as error:
         return FigureData(), [f"Figures of the data are missing: {error}."]
 
@@ -251,54 +228,3 @@ def _images(recording: Responses, channel: str, first: int, n: int) -> Samples:
     samples = spatial_samples(fill(read.load()), kept, CHANNELS[channel].lookback)
     there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
     return samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN)))
-
-
-# Networks, which only the figures as printed show.
-
-
-def _networks(
-    results: Results, shapes: Mapping[str, tuple[int, ...]]
-) -> dict[int, list[DrawnNetwork]]:
-    """Return the paper's networks as they are built for samples of these data.
-
-    Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
-    """
-    found: dict[int, list[DrawnNetwork]] = {}
-    sharing: dict[str, list[Model]] = {}
-    for model in TABLE1.values():
-        sharing.setdefault(model.classifier, []).append(model)
-    for classifier, models in sharing.items():
-        encoding = ENCODINGS[str(models[0].encoding)]
-        shape = shapes.get(encoding.name)
-        if shape is None:
-            continue
-        try:
-            network = build(classifier_of(classifier), len(results.textures), shape)
-        except InputError:
-            continue  # samples too small for it: it was not evaluated either
-        title, number = ", ".join(model.title for model in models), 5
-        entered = " x ".join(map(str, shape))
-        if encoding.of_vibration:
-            number, entered = 6, written_shape((shape[0], 1, shape[1]))
-        drawn = DrawnNetwork(
-            title, entered, layer_shapes(network, shape), *count_parameters(network)
-        )
-        found.setdefault(number, []).append(drawn)
-    return found
-
-
-def _sample_shapes(
-    config: Mapping[str, Any],
-    frames: Mapping[tuple[str, int], Sequence[FrameRow]],
-    spectra: Samples | None,
-) -> dict[str, tuple[int, ...]]:
-    """Return the shape of one sample of each of the paper's encodings that the data have."""
-    shapes: dict[str, tuple[int, ...]] = {}
-    for rows in frames.values():
-        size = rows[0].images.shape[1:]
-        n = int(config.get("spatiotemporal", {}).get("frames", N_FRAMES))
-        shapes |= {"spatial": size, "spatiotemporal": (n, *size)}
-    if spectra is not None:
-        bins = min(int(config["spectral"]["model_bins"]), spectra.sizes[dims.FREQUENCY])
-        shapes["spectral"] = (spectra.sizes[dims.CHANNEL], bins)
-    return shapes

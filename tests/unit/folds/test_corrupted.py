@@ -144,7 +144,6 @@ def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run
     [
         (("--disturb", "sound=0.1"), "--disturb sound=0.1: expected models that it is for"),
         (("--disturb-training", "sound=1"), "--disturb-training sound=1: expected models"),
-        (("--split", "texture", "--disturb", "markers=1"), "--disturb: expected none with --split"),
     ],
 )
 def test_corruptions_that_do_nothing_are_refused(options, said, stores, tmp_path, fails):

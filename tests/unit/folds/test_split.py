@@ -142,7 +142,7 @@ def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
     ("options", "said"),
     [
         ({"split": "speed"}, "the speed of every recording, found none of a_1"),
-        ({"split": "texture"}, "evaluate_textures in Python"),
+        ({"split": "texture"}, "--split: expected 'speed', .*found 'texture'"),
         ({"held_out": ["4"]}, "--held-out: expected some of 1, 2, 3, found 4"),
         ({"without": {"trial": "3"}}, "at least 3 values of trial, to hold one out under nested"),
         ({"models": "order-te"}, "order-te, for which a_1 lacks a speed"),

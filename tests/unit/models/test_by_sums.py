@@ -7,10 +7,12 @@ import xarray as xr
 
 from afferents import dims
 from afferents.encodings.samples import labels_of
-from afferents.folds.protocol import Fold
+from afferents.encodings.settings import ENCODINGS
+from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.models.confidence import cross_entropy
-from afferents.models.fit_solved import learn, named_when_left_out, pick_penalty, scores_of
-from afferents.models.fitted import Part
+from afferents.models.fit_solved import fit_solved, learn, pick_penalty, predict_left_out, scores_of
+from afferents.models.fitted import Fitting, Part
+from afferents.models.model import Model
 from afferents.models.solved import Discriminant, Ridge, log_probabilities
 
 
@@ -21,21 +23,20 @@ def data(seed=0):
     return values, labels, groups
 
 
-ALL = [np.arange(4), np.array([3])]
+ONE = np.eye(3, dtype=bool)
 
 
 def test_textures_are_named_by_the_features_that_tell_them():
     values, labels, groups = data()
-    whole, last = named_when_left_out(values, labels, groups, ALL)
-    assert (whole == labels).mean() > 0.9
-    assert (last == labels).mean() < 0.5
+    assert (predict_left_out(values, labels, groups, ONE) == labels).mean() > 0.9
+    assert (predict_left_out(values[:, 3:], labels, groups, ONE) == labels).mean() < 0.5
 
 
 def test_the_group_left_out_is_not_learnt_from():
     values, labels, groups = data()
-    before = named_when_left_out(values, labels, groups, ALL)[0]
+    before = predict_left_out(values, labels, groups, ONE)
     mislabelled = np.where(groups == 1, (labels + 1) % 3, labels)
-    after = named_when_left_out(values, mislabelled, groups, ALL)[0]
+    after = predict_left_out(values, mislabelled, groups, ONE)
     np.testing.assert_array_equal(after[groups == 1], before[groups == 1])
     assert (after != before).any()
 
@@ -75,6 +76,26 @@ def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_feature
     np.testing.assert_allclose(found[2], expected, atol=1e-3)
     losses = {penalty: cross_entropy_of(anew(penalty), labels) for penalty in penalties}
     assert losses[found[0]] == pytest.approx(min(losses.values()), abs=1e-3)  # as above
+
+
+@pytest.mark.parametrize("classifier", ["ridge", "discriminant"])
+def test_nothing_of_the_held_out_is_learnt_from(classifier):
+    """Neither weights nor the temperature know what is tested, whatever that is."""
+    data, nested = sampled(12), PROTOCOLS["nested"]
+    model = Model("mine", channel="sa1", encoding="markers", classifier=classifier)
+    parts = [np.flatnonzero(data[dims.SPEED].values == v) for v in (10, 20, 30)]
+    fold = Fold(30.0, 20.0, *parts)
+
+    def fitted(samples):
+        part = Part(samples, fold, ENCODINGS["markers"]())
+        return fit_solved(Fitting(model, [part], nested, (None,), 0, 0, lambda *_: None))
+
+    spoilt = data.copy()
+    spoilt[fold.test] = np.random.default_rng(1).normal(0, 99, spoilt[fold.test].shape)
+    before, after = fitted(data), fitted(spoilt)
+    assert (before.probabilities != after.probabilities).any()
+    for name, weights in before.classifier.state_dict().items():
+        torch.testing.assert_close(after.classifier.state_dict()[name], weights, rtol=0, atol=0)
 
 
 def cross_entropy_of(scores, labels):

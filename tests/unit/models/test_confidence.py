@@ -40,10 +40,10 @@ def test_distances_by_hand():
     spread = torch.tensor([[1.0, 2.0], [1.0, -2.0], [-1.0, 2.0], [-1.0, -2.0]])
     values = torch.cat([spread, spread + torch.tensor([10.0, 0.0])])
     novelty = Novelty(2, 2)
-    novelty.fit_classes(values, torch.tensor([0] * 4 + [1] * 4))
+    three_off = torch.tensor([[3.0, 0.0], [10.0, 6.0], [10.0, -6.0]])
+    novelty.fit(values, torch.tensor([0] * 4 + [1] * 4), three_off)
     asked = torch.tensor([[0.0, 0.0], [3.0, 0.0], [10.0, 6.0], [5.0, 0.0]])
     np.testing.assert_allclose(novelty.distance(asked), [0, 3, 3, 5], rtol=0.02)
-    novelty.set_limit(torch.tensor([3.0, 3.0, 3.0]))
     np.testing.assert_allclose(novelty(asked), [0, 1, 1, 5 / 3], rtol=0.02)
 
 

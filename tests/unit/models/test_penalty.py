@@ -40,7 +40,6 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
     ("options", "said"),
     [
         (("--models", "sa-se"), "--penalty: expected models that it is for (ridge-te, order-te"),
-        (("--models", "sa-wave", "--split", "texture"), "--penalty: expected none with --split"),
     ],
 )
 def test_no_penalty_is_chosen_where_there_is_none(options, said, stores, tmp_path, fails):

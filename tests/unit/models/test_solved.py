@@ -138,16 +138,6 @@ def test_every_texture_at_every_speed_weighs_the_same():
     assert weight.mean() == pytest.approx(1)
 
 
-def test_before_anything_is_learnt_no_power_is_too_low():
-    model = OrderSearch(2, 1, FREQUENCIES, PER_MM, "robot")
-    quiet = torch.linspace(-20, -10, len(FREQUENCIES)).expand(1, 1, -1)
-    heard = model.over_texture(quiet, torch.tensor([20.0]))
-    assert float(heard.max() - heard.min()) > 3
-    np.testing.assert_allclose(
-        heard, model.over_texture(quiet + 15, torch.tensor([20.0])), atol=1e-4
-    )
-
-
 def fitted(kind, values, labels, penalty, n_classes=3):
     task = Task(n_classes, values.shape[1:], (dims.FEATURE,))
     classifier = build_for(kind, task)
@@ -189,36 +179,6 @@ def test_a_value_that_never_varies_and_a_texture_without_samples_do_no_harm():
     assert (scores[:, :2].argmax(1) == labels).float().mean() > 0.8
 
 
-def test_sums_of_some_features_are_those_of_the_samples():
-    values, labels = clouds([[0.0, 1.0, 2.0], [1.0, 0.0, 5.0]], 20)
-    targets, weight = torch.nn.functional.one_hot(labels), torch.ones(len(labels))
-    whole, part = Gram(3, 2), Gram(2, 2)
-    whole.add(values, targets, weight)
-    part.add(values[:, [0, 2]], targets, weight)
-    for one, other in zip(
-        whole.of(torch.tensor([0, 2])).solve(1.0), part.solve(1.0), strict=True
-    ):  # fmt: skip
-        np.testing.assert_allclose(one, other, rtol=1e-6)
-
-
-def test_a_ridge_of_sums_is_the_ridge_of_samples():
-    rng = np.random.default_rng(0)
-    labels, speed = np.repeat(np.arange(3), 40), np.tile(np.repeat([10.0, 20.0], 20), 3)
-    scale = np.array([0.5, 1, 5, 20, 0.01])
-    values = torch.from_numpy((rng.normal(3, 1, (120, 5)) * scale).astype("f4"))
-    named, weight = torch.from_numpy(labels), equal_weights(*map(torch.from_numpy, (labels, speed)))
-    targets = torch.nn.functional.one_hot(named)
-    grams = []
-    for part in np.array_split(np.arange(120), 4):
-        grams.append(Gram(5, 3))
-        grams[-1].add(values[part], targets[part], weight[part])
-    ridge = Ridge(3, (5,))
-    data = ridge.gathered(FitData(values, named, weight, weight))
-    ridge.solve(data, np.random.default_rng(0), PENALTY)
-    weights, constants = sum_of(grams).solve_as_ridge()
-    np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)
-
-
 def test_fewer_samples_than_features_are_solved_to_the_same_weights():
     torch.manual_seed(0)
     x, labels = 0.1 + torch.randn(30, 80), torch.arange(30) % 4
@@ -227,12 +187,10 @@ def test_fewer_samples_than_features_are_solved_to_the_same_weights():
     gram = Gram(80, 5)
     gram.add(x, y, weight)
     rows = sum_of([Rows(x[:12], y[:12], weight[:12]), Rows(x[12:], y[12:], weight[12:])])
-    some = torch.arange(0, 80, 2)
     strength = 0.5 + torch.rand(80)
     for ours, usual in (
         (rows.solve(0.3), gram.solve(0.3)),
         (rows.solve(strength), gram.solve(strength)),
-        (rows.of(some).solve_as_discriminant(0.1), gram.of(some).solve_as_discriminant(0.1)),
         (rows.solve_as_discriminant(0.1), gram.solve_as_discriminant(0.1)),
     ):
         torch.testing.assert_close(ours, usual, rtol=1e-4, atol=1e-5)

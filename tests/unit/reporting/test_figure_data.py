@@ -66,11 +66,8 @@ def test_figures_as_in_the_paper_say_what_stands_in_and_are_drawn(stores, result
     grid = first["ra1"].isel(time=first["ra1"].sizes["time"] // 2 - 5).values
     places = first["row"].values.astype(int), first["column"].values.astype(int)
     np.testing.assert_allclose(rows[3].images[0][places], grid, atol=1e-6)
-    (spatial, temporal), (vibration,) = paper.networks[5], paper.networks[6]
-    assert (spatial.input_shape, temporal.input_shape) == ("19 x 19", "10 x 19 x 19")
-    assert vibration.title == "vib-TE, vib-TE augmented"
     pictures = {one.name: one.figure for one in draw_pictures(results, paper, "paper")}
-    for part in ("figure05", "figure06", "figure08", "figure10", "figure12", "vib-te"):
+    for part in ("figure08", "figure10", "figure12", "vib-te"):
         drawn = [figure for name, figure in pictures.items() if part in name]
         assert drawn, part
         drawn[0].draw_without_rendering()

@@ -132,7 +132,7 @@ def test_what_makes_no_sense_is_refused_before_anything_is_begun(
         ((*given, "--like", "published"), "0/10: expected at least 5510 video frames"),
         (("--like", "published"), "--cut published: expected recordings of 65 s (--size pap"),
         ((*given, "--models", "tea"), "'tea'"),
-        ((*given, "--split", "texture"), "only evaluate --split texture"),
+        ((*given, "--split", "texture"), "--split: expected 'speed'"),
         ((*given, "--held-out", "15", "--keep-going"), "15"),
     ):
         assert said in fails("reproduce", out, *options, "--quiet")
