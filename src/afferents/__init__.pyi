@@ -80,9 +80,6 @@ from .evaluation.train import (
 from .examples import (
     example as example,
 )
-from .exchange.authors import (
-    compare as compare,
-)
 from .exchange.bags import (
     export_mcap as export_mcap,
 )

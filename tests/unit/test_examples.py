@@ -24,7 +24,7 @@ WITH_EXAMPLES = sorted(
 COMMANDS = {"example", "fetch", "init_session", "record", "import_recording", "calibrate", "track"}
 COMMANDS |= {"simulate", "extract", "evaluate", "report", "reproduce", "train", "export", "view"}
 COMMANDS |= {"export_lerobot", "export_mcap", "export_nwb", "explain", "inspect", "samples"}
-COMMANDS |= {"load_model", "evaluate_textures", "explain_shear", "neural", "compare"}
+COMMANDS |= {"load_model", "evaluate_textures", "explain_shear", "neural"}
 """Their examples need what other commands have written."""
 
 
