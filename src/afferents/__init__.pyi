@@ -41,9 +41,6 @@ from .encodings.images import (
 from .encodings.images import (
     spatiotemporal_samples as spatiotemporal_samples,
 )
-from .encodings.kernels import (
-    KernelEncoding as KernelEncoding,
-)
 from .encodings.orders import (
     OrderEncoding as OrderEncoding,
 )
