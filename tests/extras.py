@@ -32,7 +32,6 @@ OF_EXTRAS = {
     "pylsl",
     "pynwb",
     "pyspike",
-    "pyts",
     "quantities",
     "requests",
     "rosbags",

@@ -41,9 +41,6 @@ from .encodings.images import (
 from .encodings.images import (
     spatiotemporal_samples as spatiotemporal_samples,
 )
-from .encodings.kernels import (
-    KernelEncoding as KernelEncoding,
-)
 from .encodings.orders import (
     OrderEncoding as OrderEncoding,
 )
@@ -76,9 +73,6 @@ from .evaluation.train import (
 )
 from .examples import (
     example as example,
-)
-from .exchange.authors import (
-    compare as compare,
 )
 from .exchange.bags import (
     export_mcap as export_mcap,

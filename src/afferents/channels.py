@@ -12,7 +12,6 @@ from numpy.typing import DTypeLike, NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.plugins import imported, reference_of
-from afferents.spikes.artificial import artificial_spikes
 
 
 def change(response: xr.DataArray) -> xr.DataArray:
@@ -487,25 +486,6 @@ def _steps(position: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(steps.astype(position.dtype), dims=dims.TIME)
 
 
-# RA-I with its sign: whether a marker goes away from rest or comes back.
-
-
-class Ra1Signed(Channel):
-    """How SA-I changes from frame to frame, with its sign, px/frame."""
-
-    name, title, made_of, lookback = dims.RA1_SIGNED, "RA-I signed", dims.SA1, 1
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the change `(time, marker)`, px/frame: Eq. 2 without the bars."""
-        response = dims.require(recording[dims.SA1], (dims.TIME, dims.MARKER), dims.SA1)
-        signed = change(response).rename(self.name)
-        return signed.assign_attrs({dims.UNITS: dims.PIXELS_PER_FRAME})
-
-    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
-        """Return the change in one frame, (marker,), px/frame."""
-        return None if before is None else now.distance - before.distance
-
-
 # RA-I with its direction: the step of each marker from frame to frame.
 
 
@@ -517,31 +497,6 @@ class Ra1Vector(MotionChannel):
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return the steps, (..., marker, space), px/frame."""
         return None if before is None else now.displacement - before.displacement
-
-
-# The part of RA-I that the paper's length is blind to: steps round the place at rest.
-
-_NO_DIRECTION_PX = 1e-3
-"""Closer to rest than this a marker has no direction from it."""
-
-
-class Ra1Circumferential(MotionChannel):
-    """The part of each marker's step that goes round its place at rest, px/frame.
-
-    It is what RA-I is blind to: RA-I changes with the distance from rest alone. Positive from +x
-    towards +y; 0 where the marker was at rest.
-    """
-
-    name, title = dims.RA1_CIRCUMFERENTIAL, "RA-I circumferential"
-    lookback, unit = 1, dims.PIXELS_PER_FRAME
-
-    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
-        """Return the steps, (..., marker), px/frame."""
-        if before is None:
-            return None
-        x, y = np.moveaxis(before.displacement, -1, 0)
-        dx, dy = np.moveaxis(now.displacement - before.displacement, -1, 0)
-        return np.asarray((x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX))
 
 
 # RA-II: the vibration itself, as the microphone or the taxels sense it (section 2.3.3).
@@ -583,108 +538,12 @@ def ra2(audio: xr.DataArray) -> xr.DataArray:
     return vibration.astype(np.float32, copy=False).rename(dims.RA2)
 
 
-# Spikes as channels: how often the units that a response drives fire, frame by frame.
-#
-# What these give are counts in places of a channel's response, so every encoding, network and fold
-# works on spikes as on responses: an image of a frame's counts is a peri-stimulus time histogram
-# laid out on the skin.
-
-SPIKES = "spikes"
-
-
-class SpikeChannel(Channel):
-    """Counts of spikes of one class of units, Izhikevich's, with the default seed.
-
-    Attributes
-    ----------
-    afferent
-        Of `spikes.afferents.afferent_classes`.
-    """
-
-    afferent: ClassVar[str]
-
-    @property
-    def runs_live(self) -> bool:
-        """Not yet: counts are those of whole recordings."""
-        return False
-
-    def response(self, recording: xr.Dataset) -> xr.DataArray:
-        """Return the counts, float32, as many places as the response that drives the units has.
-
-        A lost marker drives nothing: its unit is silent, not NaN.
-        """
-        driving = recording[self.made_of]
-        edges = self.edges(driving)
-        spikes = artificial_spikes(
-            [recording[[self.made_of]]], classes=[self.afferent], start_s=edges[0], stop_s=edges[-1]
-        )
-        counts = np.zeros((len(edges) - 1, spikes.n_units), np.float32)
-        unit = np.repeat(np.arange(spikes.n_units), np.diff(spikes.offsets))
-        place = np.searchsorted(edges, spikes.times + edges[0], side="right") - 1
-        np.add.at(counts, (np.clip(place, 0, len(counts) - 1), unit), 1)
-        return self.labelled(counts, driving)
-
-    @abstractmethod
-    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
-        """Return from when to when spikes count for each place of the response, s, (place + 1,)."""
-
-    @abstractmethod
-    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
-        """Return the counts with the dims of the response."""
-
-
-class MarkerSpikes(SpikeChannel):
-    """Of a unit a marker: spikes between a frame and the one before."""
-
-    lookback = 20  # frames after which a unit has forgotten what drove it, all but a hundredth
-
-    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
-        """Return the times of frames; the first has as long as the second."""
-        time_s = np.asarray(driving[dims.TIME].values, np.float64)
-        return np.concatenate([[2 * time_s[0] - time_s[1]], time_s])
-
-    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
-        """Return counts `(time, marker)`."""
-        return driving.copy(data=counts).rename(self.name).assign_attrs(units=SPIKES)
-
-
-class Sa1Spikes(MarkerSpikes):
-    """Spikes of SA units, one a marker, driven by SA-I."""
-
-    name, title, made_of, afferent = dims.SA1_SPIKES, "SA-I spikes", dims.SA1, "SA"
-
-
-class Ra1Spikes(MarkerSpikes):
-    """Spikes of RA units, one a marker, driven by RA-I."""
-
-    name, title, made_of, afferent = dims.RA1_SPIKES, "RA-I spikes", dims.RA1, "RA"
-
-
-class Ra2Spikes(SpikeChannel):
-    """Spikes of PC units, one a band of the first channel's vibration."""
-
-    name, title, made_of, afferent = dims.RA2_SPIKES, "RA-II spikes", dims.RA2, "PC"
-
-    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
-        """Return the times between samples of sound."""
-        n, rate_hz = driving.sizes[dims.AUDIO_TIME], float(driving.attrs[dims.SAMPLE_RATE])
-        return np.arange(n + 1) / rate_hz
-
-    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
-        """Return counts `(audio_time, channel)`, a channel a unit, at the vibration's own rate."""
-        attrs = {**driving.attrs, dims.UNITS: SPIKES}
-        named = {dims.CHANNEL: [f"{self.afferent}-{i}" for i in range(counts.shape[1])]}
-        shape = (dims.AUDIO_TIME, dims.CHANNEL)
-        return xr.DataArray(counts, named, shape, self.name, attrs)
-
-
 # The channels by name.
 
 CHANNELS: dict[str, Channel] = {
     channel.name: channel
     for channel in (
-        Sa1(), Ra1(), Ra2(), Sa1Vector(), Ra1Signed(), Ra1Vector(), Ra1Circumferential(),
-        Shear(), Sa1Local(), Sa1Spikes(), Ra1Spikes(), Ra2Spikes(),
+        Sa1(), Ra1(), Ra2(), Sa1Vector(), Ra1Vector(), Shear(), Sa1Local(),
     )
 }  # fmt: skip
 """The paper's three, then ours."""

@@ -6,7 +6,7 @@ import afferents
 from afferents.errors import InputError
 
 NAMES = ["calibrate", "track", "simulate", "extract", "evaluate", "report", "reproduce", "train"]
-NAMES += ["compare", "export", "export_lerobot", "export_mcap", "export_nwb", "explain"]
+NAMES += ["export", "export_lerobot", "export_mcap", "export_nwb", "explain"]
 NAMES += ["inspect", "samples", "view"]
 
 

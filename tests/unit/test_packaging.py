@@ -62,7 +62,6 @@ def test_the_tests_that_are_named_are_there(file):
 
 def test_dev_brings_all_the_other_extras():
     extras = dict(PROJECT["project"]["optional-dependencies"])
-    del extras["aeon"]  # goes with an older numba than all else here
     del extras["view"]  # half a gigabyte, for a window that no test opens
     (brought,) = (line for line in extras.pop("dev") if line.startswith("afferents["))
     assert sorted(re.split(r"[\[\],]", brought)[1:-1]) == sorted(extras)

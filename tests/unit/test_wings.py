@@ -66,9 +66,7 @@ def printed_by(code):
     [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.live.web.guard",))],
 )
 def test_the_package_works_without(removed, left_out):
-    # The last is a library's model, which is nothing without that library.
-    always = ("afferents.__main__", "afferents.benchmark.quant")
-    code = WITHOUT.format(removed=removed, left_out=(*always, *left_out))
+    code = WITHOUT.format(removed=removed, left_out=("afferents.__main__", *left_out))
     assert "inspect" in printed_by(code)
 
 

@@ -36,7 +36,6 @@ from afferents.version import __version__
 BASELINES = {
     "chance": "afferents.benchmark.baselines:chance",
     "nearest": "afferents.benchmark.baselines:nearest",
-    "quant": "afferents.benchmark.quant:quant",
 }
 """Models that are there to be compared with, and for nothing else; where they are."""
 TOUCHES_S = (0.1, 0.5, 1.0, 4.0)

@@ -1,4 +1,4 @@
-"""Commands that bring stores to other programs, and hold them against the authors' files."""
+"""Commands that bring stores to other programs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,31 +7,6 @@ import typer
 
 from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet
-
-
-def compare(
-    store: Annotated[Path, typer.Argument(help="Store that 'extract' wrote.")],
-    authors: Annotated[
-        Path,
-        typer.Option(
-            help="Folder of the authors' arrays and networks, as "
-            "scripts/convert_authors_arrays.py writes it (pickles are never opened)."
-        ),
-    ],
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Show how far responses and networks are from the authors' own, at each stage.
-
-    Compares tracks, SA-I, RA-I, spectra, and what the authors' trained networks say.
-    """
-    import afferents
-
-    found = afferents.compare(store, authors, quiet or as_json)
-    say(as_json, found.facts, *found.tables, *found.sentences)
-
-
-# The command that writes a store as a LeRobot data set.
 
 
 def export_lerobot(

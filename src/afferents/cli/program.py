@@ -8,7 +8,7 @@ import typer
 from afferents.cli.benchmark import benchmark
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, status
-from afferents.cli.exchange import compare, export_lerobot, export_mcap, view
+from afferents.cli.exchange import export_lerobot, export_mcap, view
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
 from afferents.cli.neuro import export_nwb, neural
@@ -48,7 +48,7 @@ def _afferents(
 
 for _command in (
     *(fetch, record, init, inspect, calibrate, track, simulate, drum, extract),
-    *(evaluate, report, status, compare),
+    *(evaluate, report, status),
     *(train, explain, export, align, live, neural, export_nwb, export_mcap, export_lerobot, view),
     *(reproduce, devices, doctor),
 ):

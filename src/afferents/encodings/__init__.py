@@ -1,1 +1,1 @@
-"""From responses to samples: the paper's encodings, then orders, wavenumbers and kernels."""
+"""From responses to samples: the paper's encodings, then orders and wavenumbers."""

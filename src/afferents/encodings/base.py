@@ -217,9 +217,6 @@ class Encoding(BaseModel, ABC):
         """Whether it can't encode recordings whose speed is not known."""
         return False
 
-    def require_packages(self) -> None:
-        """Refuse, before hours of work, if a package that it needs is missing."""
-
     def seen(self, values: Floats) -> Floats:
         """Return what a network sees of samples `(n, *sample_shape)`; all, if not written anew."""
         return values

@@ -65,8 +65,8 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
     Raises
     ------
     InputError
-        If there is nothing to join, or if recordings differ in the shape of a sample, in the
-        frequencies of its bins or in the length of the windows that it depends on.
+        If there is nothing to join, or if recordings differ in the shape of a sample or in
+        the frequencies of its bins.
     """
     if not parts:
         raise InputError("the data: expected at least one recording with samples, found none")
@@ -97,8 +97,6 @@ def _form(samples: Samples) -> str:
     form = " x ".join(map(str, sizes))
     if dims.FREQUENCY in samples.coords:
         form += f" up to {float(samples[dims.FREQUENCY][-1])} Hz"
-    if dims.LENGTH in samples.coords:
-        form += f" of a window of {int(samples[dims.LENGTH])} values"
     return form
 
 

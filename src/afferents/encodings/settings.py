@@ -12,10 +12,8 @@ from afferents.encodings.images import (
     SpatialEncoding,
     SpatiotemporalEncoding,
 )
-from afferents.encodings.kernels import KernelEncoding
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spectra import SpectralEncoding
-from afferents.encodings.spikes import SpikeRateEncoding, SpikeTimingEncoding
 from afferents.encodings.wavenumbers import WavenumberEncoding
 from afferents.errors import InputError
 from afferents.plugins import imported, reference_of
@@ -24,8 +22,7 @@ ENCODINGS: dict[str, type[Encoding]] = {
     kind.name: kind
     for kind in (
         SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
-        OrderEncoding, KernelEncoding, WavenumberEncoding, MarkersEncoding,
-        MomentEncoding, SpikeRateEncoding, SpikeTimingEncoding,
+        OrderEncoding, WavenumberEncoding, MarkersEncoding, MomentEncoding,
     )
 }  # fmt: skip
 """The paper's three, then ours."""

@@ -1,8 +1,7 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -10,10 +9,9 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt, field_validator
 
 from afferents import dims
-from afferents.encodings.base import Option, SignalInfo, VibrationEncoding, without_unit
+from afferents.encodings.base import Option, VibrationEncoding
 from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.spectra import (
-    FEW_WINDOWS,
     STRIDE_OPTION,
     WINDOW_OPTION,
     Lines,
@@ -51,9 +49,6 @@ class WindowEncoding(VibrationEncoding):
         Lines of the machine that are cut out; may be given as text, see `Lines.parse`.
     """
 
-    keeps_unit: ClassVar[bool] = True
-    """Whether samples are in the unit of the response."""
-
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
     windows: PositiveInt | None = None
@@ -77,25 +72,6 @@ class WindowEncoding(VibrationEncoding):
     @classmethod
     def _whole(cls, given: Any) -> Any:
         return None if given == "whole" else given
-
-    @classmethod
-    def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return windows of one length that fit into all recordings, of frequencies that are heard.
-
-        The lower the rate, the longer they are, for as many samples; few in short recordings.
-        """
-        default = cls()
-        highest = given.get("highest_hz", audible_hz(signal.rate_hz, default.highest_hz))
-        usual = 4.0 * default.highest_hz / highest
-        fitting = signal.samples_within(usual) if usual > signal.shortest_s else usual
-        window_s = given.get("window_s", fitting)
-        if window_s is None:
-            return {"highest_hz": highest} if highest != default.highest_hz else {}
-        chosen = {"highest_hz": highest, "window_s": window_s, "stride_s": window_s / 2}
-        is_slow = signal.shortest_s < 2 * window_s and highest < default.highest_hz
-        if is_slow and "stride_s" not in given:
-            chosen["windows"] = FEW_WINDOWS
-        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted."""
@@ -149,7 +125,6 @@ class WindowEncoding(VibrationEncoding):
         )
         windows = cut_windows(response, kept, self)
         values, coords = self.features(windows, float(attrs[dims.SPEED]), rate_hz)
-        attrs = attrs if self.keeps_unit else without_unit(attrs)
         return make_samples(
             values, self.sample_dims, windows.start_s, windows.stop_s, attrs, coords
         )

@@ -75,11 +75,8 @@ def _has_penalty(model: Model) -> bool:
 
 
 def _learns_as(networks: Collection[str], encodings: Encodings, model: Model) -> bool:
-    parts = [model] if learns_in_a_loop(model) else parts_of(model)
-    return any(
-        learns_in_a_loop(part) and recipe_of(part, encodings.of(part.encoding)) in networks
-        for part in parts
-    )
+    of_network = learns_in_a_loop(model)
+    return of_network and recipe_of(model, encodings.of(model.encoding)) in networks
 
 
 def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:

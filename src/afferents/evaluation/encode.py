@@ -17,8 +17,10 @@ from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
+from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
+from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
 from afferents.store.responses import Responses, labelled, read_whole, speed_of
@@ -36,7 +38,7 @@ class Source(NamedTuple):
 
 def parts_of(model: Model) -> list[Model]:
     """Return the models that a fusion is made of, or the model itself."""
-    return [part for name in model.parts for part in parts_of(MODELS[name])] or [model]
+    return [MODELS[name] for name in model.parts] or [model]
 
 
 def sources_of(model: Model, encodings: Encodings) -> tuple[Source, ...]:
@@ -83,8 +85,7 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> str:
 def _learns_speeds(model: Model) -> bool:
     """Tell whether a model, or a part of it that learns on its own, needs to be told speeds."""
     kind = classifier_of(model.classifier)
-    parts = model.parts if kind.learns_parts else ()
-    return kind.needs_speed or any(_learns_speeds(MODELS[name]) for name in parts)
+    return kind.needs_speed or any(_learns_speeds(MODELS[name]) for name in model.parts)
 
 
 def require_support(
@@ -101,11 +102,11 @@ def require_support(
     ------
     InputError
         If a model, or all of them, can't learn from these data; names a recording that
-        lacks what it needs, and the models that are possible. If one of them needs a package
-        that is missing: said here, before any other has learnt for hours. If one of a user's own
-        has a name that is taken.
+        lacks what it needs, and the models that are possible. If one of a user's own has a name
+        that is taken, or parts that can't be joined.
     """
-    own_of(wanted)
+    for model in own_of(wanted):
+        _require_joinable(model)
     able = [model for model in wanted if not lacking(model, recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
         refused = next(model for model in wanted if model not in able)
@@ -114,10 +115,21 @@ def require_support(
             f"--models: expected some that these data support ({', '.join(possible) or 'none'}), "
             f"found {refused.name}, for which {lacking(refused, recordings)}"
         )
-    for model in able:
-        for source in sources_of(model, Encodings()):
-            source.encoding.require_packages()
     return able
+
+
+def _require_joinable(model: Model) -> None:
+    """Refuse a model with parts that can't be joined, or without what joins them."""
+    kind, expected = classifier_of(model.classifier), ""
+    able = [n for n, one in MODELS.items() if issubclass(classifier_of(one.classifier), Solved)]
+    if bool(model.parts) != (kind is LateFusion):
+        expected = "parts where the classifier is late-fusion, and only there"
+        found = f"{len(model.parts)} parts with {kind.name}"
+    elif unable := [part for part in model.parts if part not in able]:
+        expected = f"parts that are models solved at once ({', '.join(able)})"
+        found = unable[0]
+    if expected:
+        raise InputError(f"model '{model.name}': expected {expected}, found {found}")
 
 
 def require_for(option: str, is_for: Callable[[Model], bool], models: Sequence[Model]) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation.data import OpenedData, open_data
-from afferents.evaluation.encode import Source, encode_all, parts_of, sources_of
+from afferents.evaluation.encode import Source, encode_all, sources_of
 from afferents.evaluation.fold_files import (
     FoldKey,
     claim_results_folder,
@@ -31,7 +31,7 @@ from afferents.folds.corruption import fold_of_variants, in_variants
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
 from afferents.models.fitted import Fitting, Part, ask_alone
-from afferents.models.fitting import fit, learns_in_a_loop, recipes_of
+from afferents.models.fitting import fit, learns_in_a_loop, recipe_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
@@ -111,8 +111,8 @@ def train_and_test(
         parts.append(Part(of_source, fold, encoding))
     leaks: dict[int, Leaks] = {}
     # Nothing but networks is picked by validation samples; `nested` lets others learn from them.
-    networks = any(map(learns_in_a_loop, (model, *parts_of(model))))
-    unused = not (networks or protocol.solved_models_learn_from_validation)
+    picked = learns_in_a_loop(model)
+    unused = not (picked or protocol.solved_models_learn_from_validation)
 
     def check(number: int, learnt_from: Indices) -> None:
         part = parts[number]
@@ -123,10 +123,10 @@ def train_and_test(
 
     for number, part in enumerate(parts):
         check(number, part.fold.train[:0])
-    configs = [recipe.options.training(network) for network in recipes_of(model, parts)]
+    config = recipe.options.training(recipe_of(model, parts[0].encoding))
     searched = recipe.options.penalty == "searched"
     fitted = fit(
-        Fitting(model, parts, protocol, configs, key.seed, ranks[0], check, checkpoint, searched)
+        Fitting(model, parts, protocol, config, key.seed, ranks[0], check, checkpoint, searched)
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]

@@ -79,8 +79,6 @@ class Classifier(nn.Module, ABC):
         last layer.
     needs_speed
         Whether it can't learn from recordings whose speed is not known.
-    learns_parts
-        Whether, of a fusion, each part learns on its own.
     """
 
     name: ClassVar[str]
@@ -89,7 +87,6 @@ class Classifier(nn.Module, ABC):
     exportable: ClassVar[bool] = True
     novelty_of_scores: ClassVar[bool] = False
     needs_speed: ClassVar[bool] = False
-    learns_parts: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod

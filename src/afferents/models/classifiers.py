@@ -9,16 +9,9 @@ from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
-from afferents.models.networks import CnnLstm, SpatialNet, ThreeStems, VibrationNet
+from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
 from afferents.models.orders import OrderSearch
-from afferents.models.solved import (
-    Discriminant,
-    JointFusion,
-    LateFusion,
-    MeanFusion,
-    Ridge,
-    SearchedRidge,
-)
+from afferents.models.solved import Discriminant, LateFusion, Ridge
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""
@@ -30,8 +23,7 @@ _TOLERANCE = 1e-3
 CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind
     for kind in (
-        SpatialNet, CnnLstm, VibrationNet, Ridge, SearchedRidge, OrderSearch, LateFusion,
-        JointFusion, Discriminant, MeanFusion, ThreeStems,
+        SpatialNet, CnnLstm, VibrationNet, Ridge, OrderSearch, LateFusion, Discriminant,
     )
 }  # fmt: skip
 """The paper's three networks, then ours."""

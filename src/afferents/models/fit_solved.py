@@ -23,11 +23,10 @@ from afferents.models.base import Classifier, FitData, Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import best_weights, cross_entropy, fit_temperature, weighted
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solved_facts
-from afferents.models.learning_set import mean_within, of_features
+from afferents.models.learning_set import mean_within
 from afferents.models.model import MODELS, Model
 from afferents.models.solved import (
     Gram,
-    JointFusion,
     LateFusion,
     Rows,
     equal_weights,
@@ -130,7 +129,7 @@ def fit_solved(task: Fitting) -> Fitted:
         lead, ask = parts[0], None
     else:
         task.check(0, learnt_from[0])
-        lead = _joined(parts) if kind is JointFusion else parts[0]
+        lead = parts[0]
         one = _learnt(model, lead, learnt_from[0], task.seed, task.searched)
         learnt, fused, classifier = [one], one.tested, one.classifier
         facts = {"penalty": one.penalty}
@@ -332,18 +331,6 @@ def _fused(
     }
     fusion = LateFusion(by_name, weights.tolist())
     return weighted(tested, weights), accuracy, fusion, {"parts": contributions}
-
-
-def _joined(parts: Sequence[Part]) -> Part:
-    """Return samples of the first kind with the mean of the others' values in their windows."""
-    lead, *others = parts
-    everything = np.arange(len(lead.samples))
-    columns = [lead.samples.values.reshape(len(lead.samples), -1)]
-    for other in (part.samples for part in others):
-        flat = other.values.reshape(len(other), -1).astype(np.float64)
-        columns.append(mean_within(lead.samples, everything, other, np.arange(len(other)), flat))
-    joined = np.concatenate(columns, axis=1).astype(np.float32)
-    return lead._replace(samples=of_features(lead.samples, joined))
 
 
 def _speeds(

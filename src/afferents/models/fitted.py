@@ -45,8 +45,8 @@ class Fitting:
     ----------
     parts
         Of each of the model's sources.
-    configs
-        Of a network's training, for each of the model's parts; one where it has none.
+    config
+        Of a network's training.
     rank
         Of the fold among its protocol's: stretched copies are drawn anew for each.
     check
@@ -60,7 +60,7 @@ class Fitting:
     model: Model
     parts: Sequence[Part]
     protocol: Protocol
-    configs: Sequence[TrainingConfig]
+    config: TrainingConfig
     seed: int
     rank: int
     check: Check

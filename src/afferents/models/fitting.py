@@ -7,15 +7,13 @@ stage next to nothing. Not the recipe of the authors' code.
 """
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import ClassVar, cast
+from collections.abc import Callable
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.special import log_softmax
 from torch import Tensor, nn
 
 from afferents import dims
@@ -30,17 +28,12 @@ from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solve
 from afferents.models.hardware import autocast, choose_device, computed_with
 from afferents.models.learning_set import (
     LearningSet,
-    last_within,
     learning_set,
-    mean_within,
-    of_features,
-    scale_of,
-    thinned,
 )
 from afferents.models.loop import Checkpoint, TrainedModel, predict, train
 from afferents.models.model import MODELS, Model
 from afferents.models.networks import CnnLstm, SpatialNet, image_features, last_state
-from afferents.models.solved import LateFusion, MeanFusion
+from afferents.models.solved import LateFusion
 
 _AT_ONCE = 64
 
@@ -138,96 +131,6 @@ def _features(
     return features
 
 
-# Networks of several afferents together: each trained alone, or one network with a stem for each.
-#
-# Ours, made of the paper's own networks. Windows of vibration set when a decision is made; images
-# count for the window that they end in.
-
-_LEAST = 1e-12
-"""Probabilities below are as good as 0."""
-
-
-def mean_of(fitted: dict[str, Fitted], parts: Sequence[Part]) -> Fitted:
-    """Return what networks say together that have each learnt alone.
-
-    The mean of their log-probabilities, that of a part's samples first taken over each window; a
-    part with no sample in a window says nothing of it. Nothing is weighed: a network has learnt
-    from all training speeds, so there is none that could say how much each should count. Nor was
-    the fusion validated as a whole: its validation accuracy is the mean of its parts'.
-
-    Parameters
-    ----------
-    fitted
-        By name of the part's model, in the order of `parts`.
-    """
-    lead = parts[0]
-    labels = labels_of(lead.samples)[lead.fold.test]
-    logs = []
-    for one, part in zip(fitted.values(), parts, strict=True):
-        own = np.log(np.maximum(one.probabilities.astype(np.float64), _LEAST))
-        if part is not lead:
-            own = mean_within(lead.samples, lead.fold.test, part.samples, part.fold.test, own)
-        logs.append(own)
-    fused = np.exp(log_softmax(np.mean(logs, axis=0), axis=1)).astype(np.float32)
-    first = next(iter(fitted.values()))
-    summed = ("epochs", "passes", "seconds", "job_seconds")
-    of_one = ("best_epoch", "history")  # each part has its own
-    validated = [one.facts["validation_accuracy"] for one in fitted.values()]
-    facts = {
-        **{name: fact for name, fact in first.facts.items() if name not in of_one},
-        **{name: sum(one.facts[name] for one in fitted.values()) for name in summed},
-        "validation_accuracy": float(np.mean(validated)),
-        "parts": {
-            name: {
-                "accuracy": float((own.argmax(axis=1) == labels).mean()),
-                "best_epoch": one.facts["best_epoch"],
-                "validation_accuracy": one.facts["validation_accuracy"],
-            }
-            for (name, one), own in zip(fitted.items(), logs, strict=True)
-        },
-    }
-    fusion = MeanFusion({n: one.classifier for n, one in fitted.items()}, [1.0] * len(fitted))
-    return Fitted(fusion, fused, None, facts)
-
-
-@dataclass(frozen=True)
-class Stems:
-    """How the samples of several afferents stand in one row of values; stands for an encoding.
-
-    Attributes
-    ----------
-    shapes
-        Of a sample of each.
-    """
-
-    shapes: tuple[tuple[int, ...], ...]
-    scaled: ClassVar[bool] = False
-    n_copies: ClassVar[int] = 0
-
-    def seen(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return all values."""
-        return values
-
-
-def in_a_row(task: Fitting) -> Part:
-    """Return the first part's samples, each with that of every other part that ends last in it.
-
-    Each part is scaled as its encoding asks, by what is learnt from.
-    """
-    lead, shapes, rows = task.parts[0], [], []
-    for number, part in enumerate(task.parts):
-        train = thinned(part.fold.train, task.configs[0].training_samples)
-        scale, scaled_on = scale_of(part.samples, part.encoding, task.protocol, train)
-        task.check(number, scaled_on)
-        values = part.encoding.seen(part.samples.values)
-        if part is not lead:
-            values = values[last_within(lead.samples, part.samples)]
-        shapes.append(tuple(values.shape[1:]))
-        rows.append(values.reshape(len(values), -1) / np.float32(scale))
-    samples = of_features(lead.samples, np.concatenate(rows, axis=1))
-    return Part(samples, lead.fold, Stems(tuple(shapes)))
-
-
 # A scikit-learn estimator of a user's own on a fold.
 
 
@@ -267,13 +170,6 @@ def recipe_of(model: Model, encoding: object) -> str:
     return model.recipe or getattr(kind, "recipe", "") or usual
 
 
-def recipes_of(model: Model, parts: Sequence[Part]) -> list[str]:
-    """Return the recipe of a model's network; of networks that learn apart, that of each."""
-    alone = model.parts if classifier_of(model.classifier).learns_parts else ()
-    rows = [MODELS[name] for name in alone] or [model]
-    return [recipe_of(row, part.encoding) for row, part in zip(rows, parts, strict=False)]
-
-
 def fit(task: Fitting) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
 
@@ -290,10 +186,8 @@ def fit(task: Fitting) -> Fitted:
         )
     for part in task.parts:
         _require_learnt(part, task.protocol, kind)
-    if issubclass(kind, MeanFusion):
-        return _fit_each(task)
     if issubclass(kind, Network):
-        return _fit_network(task, in_a_row(task) if len(task.parts) > 1 else task.parts[0])
+        return _fit_network(task)
     if issubclass(kind, OwnEstimator):
         return fit_estimator(task)
     if issubclass(kind, Solved | LateFusion):
@@ -320,26 +214,6 @@ def _require_learnt(part: Part, protocol: Protocol, kind: type[Classifier]) -> N
             f"{fold.split.printed(fold.validated_by)} to validate with; record it again, or leave "
             "it out with --textures"
         )
-
-
-def _fit_each(task: Fitting) -> Fitted:
-    """Train the network of each part alone; a training that is cut off begins anew."""
-    fitted = {}
-    each = zip(task.model.parts, task.parts, task.configs, strict=True)
-    for number, (name, part, config) in enumerate(each):
-        alone = replace(
-            task,
-            model=MODELS[name],
-            configs=[config],
-            check=partial(_check_part, task, number),
-            checkpoint=None,
-        )
-        fitted[name] = _fit_network(alone, part)
-    return mean_of(fitted, task.parts)
-
-
-def _check_part(task: Fitting, number: int, _: int, learnt_from: Indices) -> None:
-    task.check(number, learnt_from)
 
 
 def learns_in_a_loop(model: Model) -> bool:
@@ -373,14 +247,13 @@ def fit_once(
     return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
 
 
-def _fit_network(task: Fitting, part: Part) -> Fitted:
-    start = time.perf_counter()
-    fold, model, config, seed = part.fold, task.model, task.configs[0], task.seed
+def _fit_network(task: Fitting) -> Fitted:
+    start, part = time.perf_counter(), task.parts[0]
+    fold, model, config, seed = part.fold, task.model, task.config, task.seed
     rng = np.random.default_rng([seed, task.rank])
     stretched, protocol = model.stretched, task.protocol
     learnt = learning_set(part.samples, part.encoding, stretched, protocol, fold, config, rng)
-    if len(task.parts) == 1:  # parts in a row are scaled already, each by what it learnt from
-        task.check(0, learnt.scaled_on)
+    task.check(0, learnt.scaled_on)
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
     trained = fit_network(network, learnt, config, seed, checkpoint=task.checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped

@@ -10,7 +10,6 @@ from torch import Tensor
 
 from afferents import dims
 from afferents.encodings.samples import Samples, labels_of
-from afferents.errors import InputError
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.config import TrainingConfig
 
@@ -191,48 +190,6 @@ def mean_within(
     return found
 
 
-def last_within(lead: Samples, other: Samples) -> Indices:
-    """Return which sample of another kind ends last in each window, (n,).
-
-    Of a window in which none ends, as where the sound goes on after the video, it is the one of its
-    recording that ended last before it, or the first one. Where parts of a recording are held out,
-    it is one of the same part: a window that is learnt from must not bring what is tested.
-
-    Parameters
-    ----------
-    lead
-        Samples whose extents are the windows, (n,).
-    other
-        Samples of another kind, of the same recordings.
-
-    Raises
-    ------
-    InputError
-        If there is none of a window's recording, or of its part of the recording.
-    """
-    found = np.zeros(len(lead), dtype=np.int64)
-    of_window, of_other = _touches(lead), _touches(other)
-    stop_s = other[dims.STOP].values
-    for name in np.unique(of_window):
-        mine, theirs = np.flatnonzero(of_window == name), np.flatnonzero(of_other == name)
-        if not len(theirs):
-            raise _none(lead, mine[0])
-        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
-        after = np.searchsorted(stop_s[order], lead[dims.STOP].values[mine], side="right")
-        found[mine] = order[np.maximum(after - 1, 0)]
-    return found
-
-
-def _none(lead: Samples, window: int) -> InputError:
-    of = lead[{dims.SAMPLE: window}]
-    part = f" in part {of[dims.GROUP].item()}" if dims.GROUP in of.coords else ""
-    return InputError(
-        f"recording {of[dims.RECORDING].item()}: expected samples of every afferent that a model "
-        f"joins{part}, found none of one of them; record for longer, or hold out larger parts, "
-        "such as --split angle-3"
-    )
-
-
 def _touches(samples: Samples) -> NDArray[np.str_]:
     """Return what names each sample's recording, and its variant and part if it has several."""
     named = samples[dims.RECORDING].values.astype(np.str_)
@@ -240,9 +197,3 @@ def _touches(samples: Samples) -> NDArray[np.str_]:
         if name in samples.coords:
             named = np.char.add(named, np.char.add(mark, samples[name].values.astype(np.str_)))
     return named
-
-
-def of_features(lead: Samples, values: NDArray[np.float32]) -> Samples:
-    """Return samples (sample, feature) of these values, that stand where others do."""
-    coords = {name: one for name, one in lead.coords.items() if one.dims == (dims.SAMPLE,)}
-    return Samples(values, dims=(dims.SAMPLE, dims.FEATURE), coords=coords)

@@ -7,15 +7,10 @@ from typing import Any, Literal
 
 from afferents.dims import (
     RA1,
-    RA1_CIRCUMFERENTIAL,
-    RA1_SIGNED,
-    RA1_SPIKES,
     RA1_VECTOR,
     RA2,
-    RA2_SPIKES,
     SA1,
     SA1_LOCAL,
-    SA1_SPIKES,
     SA1_VECTOR,
     SHEAR,
 )
@@ -62,7 +57,8 @@ class Model:
     speed_from
         Who tells it the speed of what is tested.
     parts
-        Names of the models that a fusion joins; its decisions are timed by the first.
+        Names of the models that ``late-fusion`` joins, each solved at once; its decisions are timed
+        by the first.
     variant_of
         Name of the model that it is, but for the length of its windows; none of most.
     """
@@ -121,27 +117,13 @@ BEYOND: dict[str, Model] = _by_name(
         "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
         speed_from="robot",
     ),
-    _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
     _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
     _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
     _row("ra-wave", "RA-I waves", RA1, "wavenumbers", "ridge"),
-    _row("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", "ridge"),
-    _row(
-        "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
-        "ridge",
-    ),
     _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
-    _row("spike-rate", "RA-I spike rates", RA1_SPIKES, "spike-rate", "discriminant"),
-    _row("sa-spike-rate", "SA-I spike rates", SA1_SPIKES, "spike-rate", "discriminant"),
-    _row("spike-timing", "RA-II spike timing", RA2_SPIKES, "spike-timing", "discriminant"),
-    _row("spike-images", "RA-I spikes in images", RA1_SPIKES, "spatiotemporal", "cnn-lstm"),
     _row("shear", "global shear", SHEAR, "moments", "discriminant"),
     _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
     _row("sa-wave-local", "SA-I vector waves without shear", SA1_LOCAL, "wavenumbers", "ridge"),
-    _row(
-        "fusion-shear", "fusion, late, of shear and the rest", SHEAR, "moments", "late-fusion",
-        parts=("shear", "sa-local", "sa-wave-local"),
-    ),
     _row(
         "fusion", "fusion, late", RA2, "orders", "late-fusion",
         parts=("order-te", "sa-wave-vector"),
@@ -149,18 +131,6 @@ BEYOND: dict[str, Model] = _by_name(
     _row(
         "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
         speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
-    ),
-    _row(
-        "fusion-networks", "fusion, late, of the paper's networks", RA2, "spectral",
-        "mean-fusion", parts=("vib-te-aug", "sa-ste", "ra-ste"),
-    ),
-    _row(
-        "three-stems", "fusion, one network with three stems", RA2, "spectral", "three-stems",
-        parts=("vib-te", "sa-ste", "ra-ste"),
-    ),
-    _row(
-        "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",
-        parts=("order-te", "sa-wave-vector"),
     ),
 )  # fmt: skip
 """Our own: docs/models.md says what they are."""

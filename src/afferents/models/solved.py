@@ -239,16 +239,6 @@ class Ridge(Solved):
         return self.scores_of(self.last_features(values))
 
 
-class SearchedRidge(Ridge):
-    """A ridge whose penalty is chosen inside each fold.
-
-    For features that are many, of which nothing says how many tell, as of random kernels.
-    """
-
-    name = "ridge-searched"
-    penalties = (30.0, 1e3, 3e4, 1e6)
-
-
 def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:
     """Return the log-probabilities of textures that scores mean at a temperature, (n, n_classes).
 
@@ -308,8 +298,8 @@ class Discriminant(Ridge):
 
 # Fusion: what several models of one touch say together.
 #
-# A late fusion weighs the log-probabilities of its parts; a joint one is a ridge on the values of
-# all of them. What they learn on a fold is in `models.fit_solved`.
+# A late fusion weighs the log-probabilities of its parts. What it learns on a fold is in
+# `models.fit_solved`.
 
 
 class LateFusion(Classifier):
@@ -325,7 +315,6 @@ class LateFusion(Classifier):
 
     name = "late-fusion"
     deployable = False
-    learns_parts = True
 
     def __init__(self, parts: dict[str, Classifier], weights: list[float]) -> None:
         """Take the parts."""
@@ -337,16 +326,3 @@ class LateFusion(Classifier):
     def built_for(cls, task: Task) -> Self:
         """Return one without parts."""
         return cls({}, [])
-
-
-class MeanFusion(LateFusion):
-    """Networks of the parts, each learnt alone, whose log-probabilities count the same."""
-
-    name = "mean-fusion"
-
-
-class JointFusion(Ridge):
-    """One ridge on the values of all parts."""
-
-    name = "joint-fusion"
-    deployable = False

@@ -36,10 +36,6 @@ NOT_RUN = {
     "--models order-te-speed-known,ridge-te": CLUSTER,
     "afferents inspect ntp:NTP": NTP,
     "afferents evaluate ntp:NTP --out RESULTS --models order-te,order-te-speed-known": NTP,
-    "afferents compare PUBLISHED.zarr --authors CONVERTED": (
-        "needs the authors' arrays; on arrays of their form: "
-        "test_the_largest_difference_of_each_stage_is_found"
-    ),
     "afferents align TOUCH1 TOUCH2 TOUCH3": (
         "needs touches, filmed and recorded at once: test_a_known_offset_is_found"
     ),

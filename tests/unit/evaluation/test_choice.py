@@ -45,7 +45,7 @@ def test_what_is_chosen_fits_the_shortest_recording(rate_hz, shortest_s, speeds,
         rate_hz, shortest_s, 60.0, *speeds, speeds[0] * shortest_s, n_channels, False
     )
     chosen = Encodings.suiting({}, "data", known)
-    for name in ("spectral", "orders", "kernels"):
+    for name in ("spectral", "orders"):
         chosen.of(name).require(n, rate_hz, "a recording")
     assert chosen.of("spectral").model_bins == 200  # as many as the network needs
     per_mm = chosen.of("orders").per_mm

@@ -1,16 +1,18 @@
 """Our own models through the whole of `evaluate`, and which samples are paired."""
 
 import json
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import afferents
+from afferents import Model
 from afferents.encodings.samples import make_samples
+from afferents.errors import InputError
 from afferents.models.learning_set import mean_within
 
-WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-signed,ra-wave-around,ra-wave-vector"
+WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-vector"
 
 
 @pytest.fixture
@@ -24,9 +26,7 @@ def heard(stores):
 
 
 def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
-    models = (
-        f"ridge-te,order-te,order-te-speed-known,{WAVES},fusion,fusion-speed-known,fusion-joint"
-    )
+    models = f"ridge-te,order-te,order-te-speed-known,{WAVES},fusion,fusion-speed-known"
     code, out, err = run(
         "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
         "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz", "--json",
@@ -61,7 +61,7 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
                 "--mask: expected lines in Hz alone, or models that are told the speed",
                 f"found lines in /mm for {model}, which would be told by where they lie",
             ))
-            for model in ("ridge-te", "order-te", "fusion", "fusion-joint")
+            for model in ("ridge-te", "order-te", "fusion")
         ),
         ("sa-se,sa-wave", "video", ("--markers", 0.5, "--frames", 5), (
             "--markers: expected models of tactile images or of vibration, found sa-wave",
@@ -104,31 +104,19 @@ def test_tones_that_follow_the_speed_are_named_when_it_is_told(heard, tmp_path, 
     assert json.loads(out)["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.95
 
 
-@pytest.mark.slow  # the kernels' package compiles for most of a minute
-def test_random_kernels_have_their_folds_too(heard, tmp_path, run):
-    code, out, err = run(
-        "evaluate", heard, "--out", tmp_path / "r", "--models", "rocket-te",
-        "--window-s", 1, "--stride-s", 0.5, "--mask", "50Hz", "--json",
-    )  # fmt: skip
-    assert code == 0, err
-    nested = json.loads(out)["models"]["rocket-te"]["nested"]
-    assert not any(nested["leaks"].values())
-    assert nested["n_test"] > 0
-    config = json.loads((tmp_path / "r" / "config.json").read_text())
-    assert config["kernels"]["window_s"] == 1
-    assert config["kernels"]["mask"] == {"hertz": [50], "per_mm": []}
-
-
-def test_random_kernels_without_their_package_are_refused_at_once(
-    heard, tmp_path, run, monkeypatch
-):
-    monkeypatch.setitem(sys.modules, "pyts", None)
-    code, _, err = run(
-        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te,rocket-te",
-        "--keep-going",
-    )  # fmt: skip
-    assert code == 2
-    assert "--models rocket-te: expected the packages of the extra 'baselines'" in err
+@pytest.mark.parametrize(
+    ("classifier", "parts", "found"),
+    [
+        ("late-fusion", ("order-te", "vib-te"), r"solved at once \(ridge-te, .*\), found vib-te"),
+        ("late-fusion", ("mine",), "found mine"),
+        ("late-fusion", (), "found 0 parts with late-fusion"),
+        ("ridge", ("order-te", "sa-wave"), "found 2 parts with ridge"),
+    ],
+)
+def test_what_can_t_be_joined_is_refused_at_once(stored, tmp_path, classifier, parts, found):
+    model = Model("both", channel="ra2", encoding="orders", classifier=classifier, parts=parts)
+    with pytest.raises(InputError, match=f"model 'both': expected .*{found}"):
+        afferents.evaluate(stored, tmp_path / "r", model, quiet=True)
     assert not (tmp_path / "r").exists()
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+import afferents
 from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
 from afferents.models.classifiers import build
 from afferents.models.fitting import _frames_of, recipe_of, train_in_stages
@@ -79,3 +80,12 @@ def test_an_own_network_for_runs_of_images_has_the_recipe_of_the_paper_s():
     mine = Model("mine", channel="sa1", encoding="spatiotemporal", classifier=lambda *_: None)
     assert recipe_of(mine, SpatiotemporalEncoding()) == "cnn-lstm"
     assert recipe_of(mine, SpatialEncoding()) == "spatial-net"
+
+
+def test_networks_of_images_learn_from_copies_at_other_speeds(stores, tmp_path):
+    tiny = {"max_epochs": 1, "image_epochs": 1, "training_samples": 12, "validation_samples": 6}
+    found = afferents.evaluate(
+        stores["video"], tmp_path / "r", ["ra-se-aug", "ra-ste-aug"], preset="quick", recipe=tiny,
+        held_out=[40.0], workers=1, quiet=True,
+    )  # fmt: skip
+    assert set(found.summary["models"]) == {"ra-se-aug", "ra-ste-aug"}

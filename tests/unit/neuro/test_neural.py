@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.encodings.spikes import SpikeRateEncoding
 
 pytestmark = pytest.mark.system
 
@@ -83,18 +82,3 @@ def test_fibres_are_put_beside(found, stores, tmp_path):
         *(path.name for path in again.pictures),
         "neural.json",
     }
-
-
-def test_models_learn_from_spikes_through_the_same_folds(stores, tmp_path):
-    """Rates of units a marker, and intervals of units that hear; one model of one's own."""
-    encoding = SpikeRateEncoding(rate_frames=8)
-    rates = afferents.Model(
-        "rates", channel="ra1_spikes", encoding=encoding, classifier="discriminant"
-    )
-    given = {"protocol": "nested", "preset": "quick", "quiet": True}
-    cases = (("video", rates, "rates", 9), ("audio", "spike-timing", "spike-timing", 12))
-    for kind, model, name, n_recordings in cases:
-        found = afferents.evaluate(stores[kind], out=tmp_path / kind, models=[model], **given)
-        assert found.accuracy["accuracy"].between(0, 1).all()
-        assert set(found.predictions["model"]) == {name}
-        assert found.predictions["recording"].nunique() == n_recordings

@@ -85,6 +85,24 @@ def test_every_format_gives_the_same_channels(tmp_path, suffix, write, signal):
     np.testing.assert_array_equal(heard.values * (64 if suffix == "wav" else 1), VALUES)
 
 
+class Harm:
+    """What writes a file when it is read from a pickle."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return Path.write_text, (self.path, "done")
+
+
+@pytest.mark.parametrize(("suffix", "save"), [("npy", np.save), ("npz", np.savez)])
+def test_pickles_are_not_opened(tmp_path, suffix, save):
+    save(tmp_path / f"silk_20.{suffix}", np.array([Harm(tmp_path / "harm")], dtype=object))
+    with pytest.raises(InputError, match=f"silk_20.{suffix}: expected .*Object arrays cannot be"):
+        read(tmp_path, FILES + "sample_rate_hz = 100\n", suffix)
+    assert not (tmp_path / "harm").exists()
+
+
 @pytest.mark.parametrize(
     ("name", "files", "expected"),
     [
