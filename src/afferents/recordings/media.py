@@ -233,9 +233,20 @@ def named(root: Path, paths: Collection[Path]) -> str:
 TEXTURE, SPEED = "texture", "speed"
 _PART = re.compile(r"\{([^{}*]*)\}|(\{\*\}|\*)")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_FORMS = {SPEED: r"[-+]?\d+(?:\.\d+)?"}
+_FORMS = {SPEED: r"[-+]?\d+(?:[.,]\d+)?"}
 """What may stand for a name; any part of a path for the others."""
 _HOW = "write it as {texture}/{speed}_{trial}.avi"
+
+
+def as_speed(text: str) -> float:
+    """Return the speed that a name holds: 12.5 or, with a decimal comma, 12,5; no sign.
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+    """
+    return abs(float(text.replace(",", ".")))
 
 
 class Pattern:
