@@ -1,5 +1,6 @@
 """From clips at rest to a sensor file, with a picture to check it by."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -44,7 +45,7 @@ def calibrate_sensor(
     if not videos:
         raise InputError("calibrate: expected a clip of the skin at rest, or several, found none")
     for n, video in enumerate(videos):
-        if any(video.resolve() == other.resolve() for other in videos[:n]):
+        if os.path.realpath(video) in map(os.path.realpath, videos[:n]):
             raise InputError(f"{video}: expected each clip once, found it twice")
     # A name that ends in a digit would be taken for an image of a numbered series.
     end = "-markers.png" if out.stem[-1].isdigit() else ".png"

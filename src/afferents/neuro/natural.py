@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
+from afferents.store.recording import as_label, require_distinct
 
 _LABELS = ("unit", "class", "texture")
 _TRIAL = ["texture", "speed_mm_s", "repetition"]
@@ -144,7 +145,10 @@ def _labels(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
             f"{file}: expected '{name}' of every row, found none in row {missing.argmax() + 1}; "
             "write it, or remove the row"
         )
-    return table[name].map({label: as_text(label).strip() for label in table[name].unique()})
+    labels = {label: as_label(as_text(label)) for label in table[name].unique()}
+    if name not in ("unit", "class"):  # one texture under two names would be two classes
+        require_distinct(file, labels.values(), ())
+    return table[name].map(labels)
 
 
 def _numbers(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:

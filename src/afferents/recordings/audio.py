@@ -3,8 +3,8 @@
 import os
 import re
 import sys
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -41,10 +41,17 @@ def sound_name(path: Path) -> str | bytes:
     return str(path) if sys.platform == "win32" else os.fsencode(path)
 
 
-def reading_sound(path: Path) -> AbstractContextManager[None]:
+@contextmanager
+def reading_sound(path: Path) -> Iterator[None]:
     """Say in a sentence that names the file what libsndfile raises; see `errors.reading`."""
-    do = "" if path.suffix.lower() in SOUNDS else as_wav(path)
-    return reading(path, "a readable sound file", soundfile.SoundFileError, do=do)
+    again = f"export it again, or try 'ffmpeg -i {path.name} OUT.wav'"
+    do = again if path.suffix.lower() in SOUNDS else as_wav(path)
+    with reading(path, "a readable sound file", soundfile.SoundFileError, do=do):
+        try:
+            yield
+        except soundfile.LibsndfileError as error:  # whose words name the file once more
+            found = error.error_string.rstrip(".")
+            raise soundfile.SoundFileError(f"none that libsndfile reads ({found})") from error
 
 
 def as_wav(path: Path) -> str:

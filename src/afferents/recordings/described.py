@@ -9,7 +9,7 @@ from typing import Any
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.media import left_out
+from afferents.recordings.media import as_speed, left_out
 from afferents.recordings.series import (
     SeriesFile,
     column_sentences,
@@ -161,7 +161,7 @@ class Described(DataSet):
 
     def _speed(self, path: Path, text: str) -> float:
         try:
-            speed = abs(float(text)) * self.form.files.mm_s
+            speed = as_speed(text) * self.form.files.mm_s
         except ValueError:
             raise InputError(f"{path}: expected a speed in its name, found '{text}'") from None
         if speed == 0:

@@ -14,7 +14,7 @@ import numpy as np
 from afferents.errors import InputError
 from afferents.files import walk
 from afferents.recordings import series
-from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
+from afferents.recordings.media import SPEED, TEXTURE, Pattern, as_speed, is_sound
 from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, find_dialect, read_columns
 
 TRIAL = "trial"
@@ -34,7 +34,7 @@ _SAID = (
 _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
-_SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
+_SPEED = re.compile(r"(?<!\d)(\d+(?:[.,]\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
 _DATE = (
     r"(?<!\d)(?:19|20)\d\d(?:[01]\d[0-3]\d(?:[-_ T]?[0-2]\d[0-5]\d(?:[0-5]\d)?)?"
     r"|(?P<joint>[-_.])[01]\d(?P=joint)[0-3]\d"
@@ -123,7 +123,7 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool, stri
         return True
     by_texture: dict[str, set[float]] = {}
     for one in values:
-        by_texture.setdefault(one[TEXTURE], set()).add(float(one[SPEED]))
+        by_texture.setdefault(one[TEXTURE], set()).add(as_speed(one[SPEED]))
     every = set().union(*by_texture.values())
     trials = {float(re.sub(r"\D", "", one[TRIAL])) for one in values if TRIAL in one}
     may_count = not strict and trials and _counts(trials)
@@ -167,7 +167,7 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
     first, *others = Path(_bare(path)).parts
     speed = _SPEED.search(_bare(path))
     repetition = "_".join(others) or None
-    return Guess(video, audio, first, float(speed[1]) if speed else None, repetition)
+    return Guess(video, audio, first, as_speed(speed[1]) if speed else None, repetition)
 
 
 # A first `dataset.toml` for a folder of tables, guessed from names and from one file.
@@ -178,7 +178,7 @@ _LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
 _TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")
 _BETWEEN = "_- /"
 _PART = re.compile(rf"(?:^|(?<=[_\- /])){_DATE}(?=[_\- /]|$)|[^_\- /]+|[_\- /]+")
-_WITH_UNIT = re.compile(r"(?P<word>[A-Za-z]*)\d+(?:\.\d+)?(?P<unit>[A-Za-z/]*)")
+_WITH_UNIT = re.compile(r"(?P<word>[A-Za-z]*)\d+(?:[.,]\d+)?(?P<unit>[A-Za-z/]*)")
 _MM_S = re.compile(r"mmp?s")
 _UNITS = {"N": "force", "mN": "force", "g": "force", "kPa": "pressure", "deg": "direction"}
 """What a number of such a unit is called; another is called trial."""

@@ -14,6 +14,7 @@ from afferents.recordings.media import (
     TEXTURE,
     ImageFolder,
     Pattern,
+    as_speed,
     is_sound,
     is_video,
     media_in,
@@ -198,11 +199,12 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         # Whether all have sound is asked of all together.
         beside = _in_any_case(root, sound.filled(values)) if sound else None
         heard = is_sound(path)
-        speed = abs(float(values[SPEED])) if SPEED in values else None
+        speed = as_speed(values[SPEED]) if SPEED in values else None
         if speed == 0:
             raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
         others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}
-        parts = [values[name] for name in (TEXTURE, SPEED) if name in values]
+        parts = [values[TEXTURE]]
+        parts += [values[SPEED].replace(",", ".")] if SPEED in values else []
         parts += ["_".join(others.values())] if others else []
         yield ListedRecording(
             video=None if heard else file,

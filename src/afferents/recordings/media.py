@@ -1,6 +1,7 @@
 """Files that hold a recording, folders of images among them, and patterns of their names."""
 
 import glob
+import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
@@ -212,9 +213,9 @@ def media_in(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:
 
 def left_out(root: Path, taken: Iterable[Path], endings: Set[str], why: str) -> list[str]:
     """Say which files below a folder are not among those that are read, and why; see `media_in`."""
-    known = {path.resolve() for path in taken}
+    known = {os.path.realpath(path) for path in taken}  # links to themselves, too
     try:
-        paths = [path for path in media_in(root, endings) if path.resolve() not in known]
+        paths = [path for path in media_in(root, endings) if os.path.realpath(path) not in known]
     except OSError as error:
         return [f"Files may be left out: {error.filename} can't be read ({reason_of(error)})."]
     files = "1 file is" if len(paths) == 1 else f"{len(paths)} files are"
@@ -233,9 +234,20 @@ def named(root: Path, paths: Collection[Path]) -> str:
 TEXTURE, SPEED = "texture", "speed"
 _PART = re.compile(r"\{([^{}*]*)\}|(\{\*\}|\*)")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_FORMS = {SPEED: r"[-+]?\d+(?:\.\d+)?"}
+_FORMS = {SPEED: r"[-+]?\d+(?:[.,]\d+)?"}
 """What may stand for a name; any part of a path for the others."""
 _HOW = "write it as {texture}/{speed}_{trial}.avi"
+
+
+def as_speed(text: str) -> float:
+    """Return the speed that a name holds: 12.5 or, with a decimal comma, 12,5; no sign.
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+    """
+    return abs(float(text.replace(",", ".")))
 
 
 class Pattern:

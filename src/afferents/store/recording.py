@@ -4,6 +4,7 @@ import hashlib
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -241,8 +242,12 @@ def require_utf8(name: str) -> None:
     try:
         name.encode()
     except UnicodeEncodeError as error:
+        do = "rename it"
+        with suppress(UnicodeError):  # it is UTF-8, and the system reads names as something else
+            name.encode(errors="surrogateescape").decode()
+            do = "set PYTHONUTF8=1, since the system takes names for others"
         raise InputError(
-            f"{name}: expected a name in UTF-8, found other bytes; rename it"
+            f"{name}: expected a name in UTF-8, found other bytes{then(do)}"
         ) from error
 
 

@@ -12,6 +12,7 @@ import soundfile
 import afferents
 from afferents.errors import InputError
 from afferents.recordings.data_sets import data_set_of
+from afferents.recordings.media import left_out
 
 from ..films import write_film
 
@@ -127,6 +128,16 @@ def test_names_that_are_no_utf8_are_refused(tmp_path, fails):
         (tmp_path / "session.toml").write_text(f'pattern = "{pattern}"\n')
         with pytest.raises(InputError, match="expected a name in UTF-8"):
             afferents.read_session(tmp_path)
+
+
+def test_links_to_themselves_are_no_files(tmp_path, fails):
+    for name, to in (("gone.wav", "none.wav"), ("self.wav", "self.wav")):
+        (tmp_path / name).symlink_to(tmp_path / to)
+    soundfile.write(tmp_path / "felt.wav", np.zeros(80), 8000)
+    told = left_out(tmp_path, [tmp_path / "felt.wav"], {".wav"}, "not read")
+    assert told == ["2 files are left out: gone.wav, self.wav; not read."]
+    clips = [str(tmp_path / name) for name in ("self.wav", "gone.wav")]
+    assert "found no such file" in fails("calibrate", *clips, "--out", str(tmp_path / "s.toml"))
 
 
 def test_images_are_asked_for_their_rate(tmp_path):

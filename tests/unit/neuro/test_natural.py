@@ -1,5 +1,7 @@
 """Tables of natural afferents' spikes are read as they are, or refused in a sentence."""
 
+import unicodedata
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -131,6 +133,18 @@ def test_labels_may_be_called_na_and_may_not_be_missing(read, table, suffix):
     named["texture"] = table["texture"].replace("silk", None)
     with pytest.raises(InputError, match="'texture' of every row, found none in row"):
         read(named, suffix)
+
+
+@pytest.mark.parametrize("name", ["caf\N{LATIN SMALL LETTER E WITH ACUTE}", "soft silk"])
+def test_a_texture_is_one_however_its_name_is_spelt(read, table, name):
+    other = unicodedata.normalize("NFD", name).replace(" ", "\N{NO-BREAK SPACE}")
+    silk, odd = table["texture"] == "silk", np.arange(len(table)) % 2 == 1
+    table.loc[silk, "texture"] = name
+    table.loc[silk & odd, "texture"] = other
+    assert set(read(table).trials["texture"]) == {"denim", name, "corduroy"}
+    table.loc[silk & odd, "texture"] = name.title()
+    with pytest.raises(InputError, match="each texture under one name, found"):
+        read(table)
 
 
 def test_the_unit_of_times_is_checked_in_both_directions(read, table):

@@ -60,6 +60,14 @@ def test_unreadable(tmp_path, content):
         WavFile(path).read()
 
 
+def test_two_sounds_in_one_file_are_refused_by_its_name_alone(tmp_path):
+    path = write(tmp_path / "a.wav")
+    path.write_bytes(2 * path.read_bytes())
+    found = r"found none that libsndfile reads \([^:]*RIFF[^:.]*\); .* 'ffmpeg -i a\.wav OUT\.wav'$"
+    with pytest.raises(InputError, match=found):
+        WavFile(path).read()
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
 def test_a_name_need_not_be_text(tmp_path):
     path = tmp_path / os.fsdecode(b"\xff.wav")

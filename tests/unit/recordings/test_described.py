@@ -117,6 +117,11 @@ def test_pickles_are_not_opened(tmp_path, suffix, save):
             "regex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n",
             ("silk", 10.0, {"trial": 7}),
         ),
+        (
+            "silk_12,5mms_1.csv",
+            'pattern = "{texture}_{speed}mms_{trial}.csv"\n',
+            ("silk", 12.5, {"trial": 1}),
+        ),
         ("silk_1.csv", 'pattern = "{texture}_{trial}.csv"\n', ("silk", None, {"trial": 1})),
         (
             "day [1]/x/a/silk (7)[150].csv",

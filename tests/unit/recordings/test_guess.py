@@ -6,7 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.recordings.guess import guess_data_set, guess_pattern, guess_rule
+from afferents.recordings.guess import (
+    guess_data_set,
+    guess_pattern,
+    guess_recordings,
+    guess_rule,
+)
 from afferents.recordings.media import Pattern
 from afferents.recordings.tables import find_dialect
 
@@ -53,6 +58,12 @@ def test_patterns_of_names(names, pattern):
 def test_trials_and_dates_are_not_taken_for_speeds(form, pattern):
     grid = product(("felt", "wool"), (20, 30, 40), (1, 2, 3))
     assert guess_rule([form.format(t=t, v=v, k=k) for t, v, k in grid]) == pattern
+
+
+def test_a_decimal_comma_is_part_of_a_speed():
+    names = [f"{t}_{v}mmps_1.csv" for t in ("felt", "silk") for v in ("7,5", "12,5", "20")]
+    assert guess_rule(names) == "{texture}_{speed}mmps_{trial}.csv"
+    assert [one.speed_mm_s for one in guess_recordings(["felt at 12,5mm_s.avi"])] == [12.5]
 
 
 def test_dates_are_conditions():

@@ -79,6 +79,13 @@ def test_a_sign_of_a_speed_says_a_direction(empty):
     assert {r.speed_mm_s for r in session.recordings} == {20.0}
 
 
+def test_a_speed_may_have_a_decimal_comma(empty):
+    names = ["felt_12,5_1.avi", "felt_12.5_2.avi", "silk_12,5_1.avi", "silk_12.5_2.avi"]
+    session = afferents.read_session(empty(names, 'pattern = "{texture}_{speed}_{trial}.avi"\n'))
+    assert [r.speed_mm_s for r in session.recordings] == [12.5] * 4
+    assert session.left_out() == []
+
+
 def test_a_pattern_without_speed_and_with_sound(empty):
     root = empty(
         ["v/felt_low.mkv", "v/silk_low.mkv", "s/felt_low.wav", "s/silk_low.wav"],

@@ -2,7 +2,10 @@
 
 from types import SimpleNamespace
 
-from afferents.store.recording import Recording, RecordingSet, natural_order
+import pytest
+
+from afferents.errors import InputError
+from afferents.store.recording import Recording, RecordingSet, natural_order, require_utf8
 
 
 def test_textures_are_in_order_of_their_value_then_words(tmp_path):
@@ -25,3 +28,13 @@ def test_a_recordings_checksum_is_of_its_files(tmp_path):
     before = recording.checksum
     path.write_bytes(b"two")
     assert recording.checksum != before
+
+
+@pytest.mark.parametrize(
+    ("name", "do"),
+    [(b"caf\xe9", "rename it"), (b"caf\xc3\xa9", "set PYTHONUTF8=1, since the system")],
+)
+def test_a_name_that_the_system_reads_wrongly_need_not_be_changed(name, do):
+    """As under LC_ALL=C where Python may not choose UTF-8."""
+    with pytest.raises(InputError, match=f"a name in UTF-8, found other bytes; {do}"):
+        require_utf8(name.decode("ascii", "surrogateescape"))
