@@ -18,7 +18,7 @@ import xarray as xr
 from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, with_seal
 from afferents.files import write_text
 from afferents.recordings.described import PACKAGED, Described
-from afferents.recordings.fetch.archives import ARCHIVES
+from afferents.recordings.fetch.fetch import public_sets
 from afferents.store.recording import LETTERS, folder_of
 from afferents.store.responses import Responses, labels_of
 
@@ -45,7 +45,7 @@ def drums(letters: str, speeds: list[int]) -> list[Responses]:
 def recordings_of(data: str) -> list[Responses] | None:
     """Return all recordings of a data set without their content; None where no list is known."""
     if data == "fabricslide":
-        listed = ARCHIVES[data].manifest.read_text().splitlines()
+        listed = public_sets()[data].manifest.read_text().splitlines()
         return named_by_files(data, [line.split()[0] for line in listed if "data/fabric/" in line])
     if data == "ntp":
         return named_by_files(data, list(_ntp()))
@@ -79,7 +79,7 @@ def sealed(task: Task) -> tuple[str, str]:
 
 def fingerprint_of(data: str) -> str:
     """Return the fingerprint of a described set whose files' checksums are listed; else nothing."""
-    manifest = ARCHIVES[data].manifest if data in ARCHIVES else None
+    manifest = public_sets()[data].manifest if data in public_sets() else None
     if manifest is None:
         return ""
     listed = [line.split() for line in manifest.read_text().splitlines() if "data/fabric/" in line]

@@ -16,7 +16,7 @@ DEMO = "demo"
 
 def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:
     """Return exported models for sources of the simulated rig; they are trained if need be."""
-    from afferents.reproduction.reproduce import demo_models
+    from afferents.reproduction.demo import demo_models
 
     named = [source for source in (video, audio) if source is not None]
     if not named or any(not source.startswith("rig") for source in named):

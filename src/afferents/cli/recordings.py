@@ -50,14 +50,14 @@ def fetch(
 ) -> None:
     """Fetch a public data set, with its size and licence said before it begins.
 
-    Run it again to go on from where it was stopped.
+    Run it again to go on with the file at which it was stopped.
     """
     import afferents
-    from afferents.recordings.fetch.archives import archive_named
+    from afferents.recordings.fetch.fetch import public_sets
 
     found = afferents.fetch(name, folder, url, manifest, quiet or as_json)
     outcome = {**vars(found), "folder": str(found.folder)}
-    then = archive_named(name).next_step.format(folder=folder)
+    then = public_sets()[name].next_step.format(folder=folder)
     say(
         as_json,
         outcome,

@@ -14,7 +14,7 @@ from afferents.cli.options import fields_of, of_encodings, options_of, shows, ta
 from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
-from afferents.reproduction.presets import CHOICES, Choice, format_choice
+from afferents.documents import read_toml
 
 
 def doctor(as_json: Json = False) -> None:
@@ -44,14 +44,20 @@ def _list_discrepancies(wanted: bool) -> None:
         raise typer.Exit
 
 
-def _default_of(choice: Choice) -> str:
-    published = format_choice(choice.published)
-    if choice.recommended == choice.published:
-        return published
-    return f"{format_choice(choice.recommended)}, or {published} with --like published"
+def _defaults() -> dict[str, str]:
+    """Return what options are unless given, for their help."""
+    presets = Path(__file__).parents[1] / "reproduction"
+    ours, published = (
+        read_toml(presets / f"{like}.toml", "options") for like in ("recommended", "published")
+    )
+    found = {}
+    for name, theirs in published.items():
+        own = ours.get(name, "as recordings say")
+        found[name] = own if own == theirs else f"{own}, or {theirs} with --like published"
+    return found
 
 
-_PUBLISHED = {one.name: _default_of(one) for one in CHOICES}
+_DEFAULTS = _defaults()
 
 
 @shows(
@@ -59,8 +65,8 @@ _PUBLISHED = {one.name: _default_of(one) for one in CHOICES}
     "quiet",
 )  # fmt: skip
 @takes(
-    options_of(extract, own=("session", "out", "as_json", "quiet"), values=_PUBLISHED),
-    fields_of("EvaluationOptions", _PUBLISHED),
+    options_of(extract, own=("session", "out", "as_json", "quiet"), values=_DEFAULTS),
+    fields_of("EvaluationOptions", _DEFAULTS),
     of_encodings,
 )
 def reproduce(
@@ -98,7 +104,7 @@ def reproduce(
 ) -> None:
     """Run the paper's experiment from start to end: extract, evaluate, report.
 
-    Says first what is chosen, where that differs from the authors' code, and how much is to do.
+    Prints first what is chosen, where that differs from the authors' code, and how much is to do.
     Without --like it evaluates the six models of Table 1 as we recommend, and ours beside them.
     """
     import afferents

@@ -1,10 +1,10 @@
-"""What `reproduce` simulates where it is given no session, and the demo's models.
+"""The whole way in one command: simulate or take a session, extract, evaluate, report.
 
-What comes out of a simulated session, or of another sensor's, stands beside the paper's table and
+What comes out of a simulated session, or of another sensor's, stands next to the paper's table and
 reproduces nothing; the report says so.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -12,91 +12,62 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from afferents.choices import Cut, Like, Size, flag_of
+from afferents.choices import Cut, Like, Size
+from afferents.documents import read_toml
 from afferents.encodings.base import Encoding
 from afferents.encodings.settings import ENCODINGS, Encodings
-from afferents.encodings.settings import options as options_of_encodings
 from afferents.errors import InputError
-from afferents.evaluation.data import open_data
 from afferents.evaluation.evaluate import evaluate
 from afferents.evaluation.fold_files import FoldKey, finished
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import FIELD, lengths_in
 from afferents.evaluation.results import Results, load_results
-from afferents.evaluation.train import Training, train_model
-from afferents.extraction.extract import extract, extract_session
-from afferents.extraction.options import Extraction
+from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.markers.sensor import load_sensor, sensor_in
-from afferents.models.card import Card
-from afferents.models.export import export
-from afferents.models.model import BEST, MODELS, models_in, names_in
+from afferents.markers.sensor import sensor_in
+from afferents.models.model import BEST, models_in, names_in
 from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
 from afferents.recordings.session import Session, read_session
 from afferents.reporting.report import report
-from afferents.reproduction.presets import (
-    CHOICES,
-    NEUTRAL,
-    choices_in_words,
-    choose,
-    format_choice,
-    list_changes,
-)
 from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 from afferents.store.responses import label
 from afferents.store.trimming import cut_audio, cut_frames
-from afferents.store.zarr_store import holds_all, is_whole
-
-DEMO_STORE = Path("out/demo/session.zarr")
-"""Where `afferents reproduce` leaves the demo's responses."""
-_FEW_SPEEDS = (10, 20, 40, 70, 100)
-"""For a model to try live, which is not to be waited for; mm/s."""
-
-
-def demo_models(folder: Path, progress: Progress) -> list[Path]:
-    """Return exported models of the simulated rig, in a folder; kept where both are there.
-
-    They learn from `DEMO_STORE`, if it is there; else a small session is simulated.
-    """
-    exported = [folder / f"{name}.onnx" for name in BEST]
-    if all(path.is_file() for path in exported):
-        return exported
-    # a demo that was stopped leaves a part
-    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulated_store(folder, progress)
-    (data,) = open_data([str(store)], progress=progress)
-    for name, path in zip(BEST, exported, strict=True):
-        progress.note(f"training {MODELS[name].title} on {store}")
-        training = Training(data, MODELS[name], data.encodings)
-        card: Card = train_model(training, folder / name, progress, force=True)
-        export(folder / name, path, force=True)
-        for sentence in card.describe():
-            progress.note(sentence)
-    return exported
-
-
-def _simulated_store(folder: Path, progress: Progress) -> Path:
-    progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
-    simulation = simulation_of(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
-    simulate_session(simulation, None, progress)
-    progress.note("following the markers in its videos")
-    store = folder / "session.zarr"
-    extract_session(
-        Extraction(folder / "session", store, load_sensor("tip_b"), "windowed"), progress
-    )
-    return store
-
-
-# The whole way: a session, its responses, the models, the report.
+from afferents.store.zarr_store import is_whole
 
 Options = Mapping[str, Any]
-EXTRACTING = tuple(
-    name for name in signature(extract).parameters if name not in ("session", "out", "quiet")
-)
+EXTRACTING = frozenset(signature(extract).parameters) - {"session", "out", "quiet"}
 """Options of `extract`, by name."""
+NEUTRAL = frozenset({"workers", "cluster", "device", "keep_going", "accept", "seed", "seeds"})
+"""Options that leave the experiment as it is: where it is computed, and from which seeds."""
+_HERE = Path(__file__).parent
+
+
+def read_preset(like: Like) -> dict[str, Any]:
+    """Return the options of `extract` and `evaluate` in `published.toml` or `recommended.toml`."""
+    return read_toml(_HERE / f"{like}.toml", "options of extract and evaluate")
+
+
+def format_option(value: Any) -> str:
+    """Return an option's value as a shell has it: several separated by commas."""
+    several = value if isinstance(value, list | tuple) else [value]
+    return ",".join(
+        f"{one:g}" if isinstance(one, float) else str(getattr(one, "name", one)) for one in several
+    )
+
+
+def list_changes(like: Like, given: Options) -> list[str]:
+    """Return a sentence for each option that changes what is computed and is not the preset's."""
+    usual = {name: format_option(value) for name, value in read_preset(like).items()}
+    wanted = {n: format_option(value) for n, value in given.items() if n not in NEUTRAL}
+    return [
+        f"{name} = {value}" + (f" ({like}: {usual[name]})" if name in usual else "")
+        for name, value in wanted.items()
+        if value != usual.get(name)
+    ]
 
 
 def reproduce(
@@ -109,7 +80,7 @@ def reproduce(
 ) -> Results:
     """Go the whole way, keeping what is finished already: extract, evaluate, report.
 
-    It first says what is chosen, where that differs from the authors' code (``published``), and
+    It first prints what is chosen, where that differs from the authors' code (``published``), and
     how much there is to do.
 
     Parameters
@@ -127,7 +98,7 @@ def reproduce(
         Whether no progress is shown.
     options
         Options of `extract` and `evaluate`, under their names there. One that contradicts `like`
-        overrules it, which is said.
+        overrules it, and is named.
 
     Returns
     -------
@@ -148,30 +119,30 @@ def reproduce(
     from afferents.reporting.published import remaining_discrepancies
 
     given = {name: value for name, value in options.items() if value is not None}
-    choices = choose(like, given)
-    everything = {**given, **choices}
+    everything = {**read_preset(like), **given}
     extracting = {name: v for name, v in everything.items() if name in EXTRACTING}
     evaluating = _evaluating(everything)
     _require_known(evaluating)
     run = RunFolder(Path(out))
-    differs = list_changes(like, given, _others(given))
+    changes = list_changes(like, given)
+    names = read_preset("published")
+    choices = {n: format_option(everything.get(n, "as recordings say")) for n in names}
     remaining = remaining_discrepancies() if like == "published" else []
     run.require_same(like, choices)
     with Progress(quiet) as progress:
-        for line in _said(like, given, differs, remaining):
+        for line in _describe(like, changes, remaining):
             progress.note(line)
         if session is None:
-            _require_simulated(choices["cut"], size)
+            _require_simulated(everything["cut"], size)
         seed = evaluating.seeds[0]
         root = Path(session) if session else _simulated(run, size, given, seed, progress)
-        there = read_session(root, choices["fps_hz"])
+        there = read_session(root, everything.get("fps_hz"))
         if not given.get("keep_going"):
-            _require_length(there, choices["cut"])
+            _require_length(there, everything["cut"])
         progress.note(_to_do(there, run, evaluating))
-    said = {name: format_choice(value) for name, value in choices.items()}
     run.write_state(
         RunState(
-            like=like, choices=said, otherwise=tuple(differs), differs=tuple(remaining),
+            like=like, choices=choices, otherwise=tuple(changes), differs=tuple(remaining),
             recordings=len(there.recordings),
         )
     )  # fmt: skip
@@ -181,16 +152,15 @@ def reproduce(
     return load_results(run.results)
 
 
-def _said(
-    like: Like, given: Options, differs: Sequence[str], remaining: Sequence[str]
-) -> Iterator[str]:
+def _describe(like: Like, changes: list[str], remaining: list[str]) -> Iterator[str]:
     """Yield what is chosen, and where that still differs from the authors' code."""
     whose = "as the authors' code has it" if like == "published" else "as we recommend"
     yield f"Chosen {whose} (--like {like}):"
-    yield from (f"  {line}" for line in choices_in_words(like, given))
-    if differs:
-        yield "Asked for otherwise:"
-        yield from (f"  {line}" for line in differs)
+    _, *lines = (_HERE / f"{like}.toml").read_text(encoding="utf-8").splitlines()
+    yield from (f"  {line}" for line in lines)
+    if changes:
+        yield "Given otherwise:"
+        yield from (f"  {line}" for line in changes)
     if remaining:
         yield f"Where this still differs from the authors' code ({len(remaining)} places):"
         yield from (f"  {line}" for line in remaining)
@@ -202,20 +172,6 @@ def _evaluating(everything: Options) -> EvaluationOptions:
     only_extracting = set(EXTRACTING) - EvaluationOptions.model_fields.keys()
     named = {name: v for name, v in everything.items() if name not in only_extracting}
     return EvaluationOptions(**named)
-
-
-def _others(given: Options) -> list[str]:
-    """Return the other options that change what is computed, as a shell has them."""
-    known = {choice.name for choice in CHOICES} | NEUTRAL
-    others = {name: value for name, value in given.items() if name not in known}
-    flags = {name: option.flag for name, option in options_of_encodings().items()}
-    words = _evaluating(others).words(flags)
-    said = [f"{flag} {value}" for flag, value in zip(words[::2], words[1::2], strict=True)]
-    usual = signature(extract).parameters
-    for name, value in others.items():
-        if name in EXTRACTING and value != usual[name].default:
-            said.append(f"{flag_of(name)} {value}")
-    return said
 
 
 def _require_known(options: EvaluationOptions) -> None:

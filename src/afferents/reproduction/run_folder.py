@@ -23,7 +23,6 @@ from afferents.evaluation.schemas import Schema
 from afferents.files import require_same_config, write_json
 from afferents.outputs import is_locked
 from afferents.recordings.session_file import session_file
-from afferents.reproduction.presets import format_choice
 from afferents.store.zarr_store import recordings_there
 
 REPORT = "report.html"
@@ -93,7 +92,7 @@ class RunFolder:
         content = read_json(self.state_file, _WHAT, _AGAIN)
         return as_form(content, RunState, self.state_file, _WHAT, _AGAIN)
 
-    def require_same(self, like: Like, choices: Mapping[str, Any]) -> None:
+    def require_same(self, like: Like, choices: Mapping[str, str]) -> None:
         """Refuse to go on with a reproduction of other choices.
 
         Raises
@@ -104,7 +103,7 @@ class RunFolder:
         if self.state_file.is_file():
             found = self.read_state()
             earlier, wanted = (
-                {"like": of, **{n: format_choice(v) for n, v in its.items() if n not in _FREE}}
+                {"like": of, **{n: v for n, v in its.items() if n not in _FREE}}
                 for of, its in ((found.like, found.choices), (like, choices))
             )
             require_same_config(self.out, "a reproduction", earlier, wanted)

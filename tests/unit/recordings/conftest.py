@@ -1,13 +1,10 @@
 """Real files, encoded on the spot."""
 
-from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import soundfile
-
-from afferents.recordings.fetch import download
-from afferents.recordings.fetch.archives import ARCHIVES
 
 from ..films import write_film
 from .served_files import serving
@@ -62,13 +59,8 @@ def write_session(tmp_path):
 @pytest.fixture
 def site(monkeypatch):
     """A web server."""
-    monkeypatch.setattr(download, "WAIT_S", 0.0)
+    pytest.importorskip("pooch")
+    monkeypatch.setattr("pooch.core.time", SimpleNamespace(sleep=lambda _: None))
     with serving() as found:
         found.moved = {"/old": "/datasets/mine/"}
         yield found
-
-
-@pytest.fixture
-def archive(site):
-    """The data set of the paper, at that server."""
-    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/datasets/mine/")

@@ -8,8 +8,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote, unquote, urlsplit
 
-from afferents.progress import Progress
-from afferents.recordings.fetch import fetch as fetching
+from afferents.recordings.fetch.fetch import CHECKSUMS
 
 
 class Site:
@@ -123,16 +122,10 @@ def serving():
         server.server_close()
 
 
-def go(archive, folder, **more):
-    with Progress(quiet=True) as progress:
-        plan = fetching.plan_fetch(archive, folder, progress, **more)
-        return plan, fetching.fetch_planned(plan, progress)
-
-
 def here(folder):
     """Return what is in a folder, but for the list of checksums."""
     files = {
         p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()
     }
-    files.pop(fetching.CHECKSUMS, None)
+    files.pop(CHECKSUMS, None)
     return files

@@ -91,9 +91,9 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
     assert code == 3, "a recording is skipped"
     assert "skipped 1 of the recordings: 3/50" in error
     for said in (
-        "--tracker published: the nearest blob within 10 px, else the old position; ",
-        "--statistics keras: running statistics of batch normalisation from 0 and 1",
-        "--cut all (published: published)",
+        'method = "published"  # the nearest blob within 10 px, else the old position; ',
+        'statistics = "keras"  # running statistics of batch normalisation from 0 and 1',
+        "cut = all (published: published)",
         "Where this still differs from the authors' code (14 places):",
         "To do: 6 recordings to extract, and at most 2 trainings",
     ):

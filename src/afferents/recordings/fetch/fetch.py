@@ -1,84 +1,67 @@
 """A public data set, brought here: what it is, how large, under which licence, and then its files.
 
-Nothing that is there is overwritten. What an earlier run brought is checked and kept, and a file
-that was broken off is gone on with.
+`pooch` brings each file under another name, compares its checksum, and renames it. Nothing that is
+there is overwritten: what an earlier run brought is checked and kept.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
+from pydantic import BaseModel, ConfigDict
 from rich.filesize import decimal
 
-from afferents.errors import InputError
-from afferents.files import Place, checksum, free_bytes, naming
+from afferents.documents import as_form, read_toml
+from afferents.errors import InputError, reason_of
+from afferents.files import Place, checksum, free_bytes, naming, remove
 from afferents.outputs import writing_alone
+from afferents.plugins import import_extra
 from afferents.progress import Mark, Progress
-from afferents.recordings.fetch.archives import (
-    Archive,
+from afferents.recordings.fetch.listing import (
     RemoteFile,
-    archive_named,
+    ask,
+    ask_sizes,
     format_manifest,
+    import_web,
+    list_files,
     read_manifest,
 )
-from afferents.recordings.fetch.download import download, part_of, size_here
-from afferents.recordings.fetch.listing import ask_sizes, import_web, list_files
 
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
+RETRIES = 4
+"""How often a file is asked for again whose connection broke, or whose checksum is another."""
+_HERE = Path(__file__).parent
+_PIECE = 1 << 16
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What there is to fetch, before anything of it is.
+class PublicSet(BaseModel):
+    """A data set that `fetch` knows; `data_sets.toml` says what its keys are."""
 
-    Attributes
-    ----------
-    archive, folder
-        The data set, and where it goes.
-    files
-        All of them, with what is known of sizes and checksums.
-    here
-        Paths of those that are here.
-    page
-        Where it was listed.
-    is_elsewhere
-        Whether another address than the data set's own was given.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    archive: Archive
-    folder: Path
-    files: tuple[RemoteFile, ...]
-    here: frozenset[str]
+    title: str
     page: str
-    is_elsewhere: bool
+    url: str
+    next_step: str
+    licence: str = ""
+    files: str = ""
 
     @property
-    def missing(self) -> list[RemoteFile]:
-        """The files that are not here."""
-        return [file for file in self.files if file.path not in self.here]
+    def manifest(self) -> Path | None:
+        """The list of its files in this package; None where the server lists them."""
+        return _HERE / self.files if self.files else None
 
-    def describe(self) -> list[str]:
-        """Say what it is, how large, under which licence, and how sure all that is."""
-        archive, missing = self.archive, self.missing
-        licence = archive.licence or f"named by {archive.page}; read it before you use them"
-        said = [
-            f"{archive.title} ({archive.page}).",
-            f"Licence: {licence}.",
-            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}.",
-        ]
-        if self.here:
-            said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
-        unknown = sum(file.sha256 is None for file in missing)
-        if unknown:
-            said.append(
-                f"Of {unknown} no checksum is known: what comes first is taken for right, and its "
-                f"checksum noted in {self.folder / CHECKSUMS}."
-            )
-        if not self.is_elsewhere:
-            said.append("This has not been tried against the real server: please tell us.")
-        return said
+
+@cache
+def public_sets() -> Mapping[str, PublicSet]:
+    """Return the data sets that `fetch` knows, by name."""
+    path, what = _HERE / "data_sets.toml", "public data sets"
+    return {
+        name: as_form(row, PublicSet, path, what) for name, row in read_toml(path, what).items()
+    }
 
 
 @dataclass(frozen=True)
@@ -91,127 +74,17 @@ class Fetched:
     n_bytes: int
 
 
-def plan_fetch(
-    archive: Archive,
-    folder: Path,
-    progress: Progress,
-    url: str | None = None,
-    manifest: Path | None = None,
-) -> Plan:
-    """Find out which files there are, and which of them are here; nothing is fetched.
-
-    Parameters
-    ----------
-    url, manifest
-        See `fetch`.
-
-    Raises
-    ------
-    InputError
-        If nothing answers or lists them, or what is here is something else.
-    """
-    import_web()
-    where = page = url or archive.url
-    listed = manifest or archive.manifest
-    if listed is None:
-        files = list_files(where)
-    elif archive.manifest is None and url is None:
-        expected = "--url as well, which says what the paths of the list count from"
-        raise InputError(f"--manifest: expected {expected}, found none")
-    else:
-        files, page = read_manifest(listed, where), str(manifest or "this package")
-    noted = _read_noted(folder, where)
-    files = [_with_noted(file, noted.get(file.path, file)) for file in files]
-    sized = tuple(progress.track(ask_sizes(files), "asking for sizes", len(files)))
-    here = frozenset(file.path for file in sized if (folder / file.path).exists())
-    return Plan(archive, folder, sized, here, page, is_elsewhere=url is not None)
-
-
-def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
-    """Return what is noted of the files in a folder, by path; `url` is what paths count from."""
-    path = folder / CHECKSUMS
-    return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
-
-
-def _with_noted(file: RemoteFile, noted: RemoteFile) -> RemoteFile:
-    """Return a file with what was noted of it when it came, where its list doesn't say it."""
-    sha256 = file.sha256 or noted.sha256
-    return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
-
-
-def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
-    """Check what is here, and fetch what is not.
-
-    Raises
-    ------
-    InputError
-        If a file that is here is another, the disk is too small, or a file can't be had whole and
-        right; what was fetched before stays, and the same command goes on from it.
-    """
-    folder, checksums = plan.folder, plan.folder / CHECKSUMS
-    needed = sum((f.n_bytes or 0) - size_here(part_of(f, folder)) for f in plan.missing)
-    if needed > (free := free_bytes(folder)):
-        raise InputError(
-            f"{folder}: expected room for {decimal(needed)}, found {decimal(free)} on that disk; "
-            "make room, or choose a folder on another disk"
-        )
-    fetched, done = 0, 0
-    total = sum(file.n_bytes or 0 for file in plan.files) or len(plan.files)
-    with (
-        writing_alone(folder, "fetch"),
-        progress.task("fetching", total) as mark,
-        import_web().Session() as web,
-    ):
-        noted = _read_noted(folder, plan.page)
-        for file in plan.files:
-            if (folder / file.path).exists():
-                whole = _check(file, folder / file.path)
-            else:
-                whole = download(file, folder, web, partial(_mark, mark, done, file.path))
-                fetched += 1
-            done += whole.n_bytes or 0
-            mark(done, file.path)
-            if file.path not in noted:
-                with naming(checksums), checksums.open("a", encoding="utf-8") as out:
-                    out.write(format_manifest([whole]))
-    return Fetched(folder, fetched, len(plan.files) - fetched, done)
-
-
-def _mark(mark: Mark, before: int, text: str, n_bytes: int) -> None:
-    mark(before + n_bytes, text)
-
-
-def _check(file: RemoteFile, target: Path) -> RemoteFile:
-    """Return a file that is here with its checksum, if it is the one that is listed."""
-    sha256, n_bytes = checksum(target), target.stat().st_size
-    if file.sha256 not in (None, sha256) or file.n_bytes not in (None, n_bytes):
-        raise InputError(
-            f"{target}: expected the file that is listed, found another ({n_bytes} bytes, SHA-256 "
-            f"{sha256[:12]}...); move it elsewhere"
-        )
-    return replace(file, sha256=sha256, n_bytes=n_bytes)
-
-
-def _in_words(files: Sequence[RemoteFile]) -> str:
-    """Say how large files are together, as far as it is known."""
-    unknown = sum(file.n_bytes is None for file in files)
-    known = decimal(sum(file.n_bytes or 0 for file in files))
-    if unknown == 0:
-        return known
-    return "of unknown size" if unknown == len(files) else f"at least {known}"
-
-
 def fetch(
     name: str,
     folder: Place,
     url: str | None = None,
     manifest: Place | None = None,
     quiet: bool = False,
-) -> "Fetched":
+) -> Fetched:
     """Fetch a public data set; what is here already is checked and kept.
 
-    What it is, its size and its licence are printed before it begins. Needs the
-    extra `fetch`. A file that was broken off is gone on with.
+    What it is, its size and its licence are printed before it begins. Needs the extra `fetch`.
+    After an interruption the same call goes on with the file at which it stopped.
 
     Parameters
     ----------
@@ -239,9 +112,154 @@ def fetch(
         If the server or its list is not what it should be, a file has another checksum, or there
         is no room.
     """
-    archive, given = archive_named(name), None if manifest is None else Path(manifest)
+    known, folder = public_sets(), Path(folder)
+    if name not in known:
+        raise InputError(f"fetch: expected one of {', '.join(known)}, found '{name}'")
+    import_web()
+    listed = None if manifest is None else Path(manifest)
+    files, page = _files_of(known[name], folder, url, listed)
     with Progress(quiet) as progress:
-        plan = plan_fetch(archive, Path(folder), progress, url, given)
-        for sentence in plan.describe():
+        files = list(progress.track(ask_sizes(files), "asking for sizes", len(files)))
+        missing = [file for file in files if not (folder / file.path).exists()]
+        for sentence in _describe(known[name], files, missing, page, folder):
             progress.note(sentence)
-        return fetch_planned(plan, progress)
+        if url is None:
+            progress.note("This has not been tried against the real server: please tell us.")
+        needed = sum(file.n_bytes or 0 for file in missing)
+        if needed > (free := free_bytes(folder)):
+            raise InputError(
+                f"{folder}: expected room for {decimal(needed)}, found {decimal(free)} on that "
+                "disk; make room, or choose a folder on another disk"
+            )
+        with writing_alone(folder, "fetch"):
+            n_bytes = _bring_all(files, folder, page, progress)
+    return Fetched(folder, len(missing), len(files) - len(missing), n_bytes)
+
+
+def _files_of(
+    public: PublicSet, folder: Path, url: str | None, manifest: Path | None
+) -> tuple[list[RemoteFile], str]:
+    """Return which files there are, with the checksums that are known, and what lists them."""
+    where = page = url or public.url
+    listed = manifest or public.manifest
+    if listed is None:
+        files = list_files(where)
+    elif public.manifest is None and url is None:
+        expected = "--url as well, which says what the paths of the list count from"
+        raise InputError(f"--manifest: expected {expected}, found none")
+    else:
+        files, page = read_manifest(listed, where), str(manifest or "this package")
+    noted = _read_noted(folder, where)
+    return [_with_noted(file, noted.get(file.path, file)) for file in files], page
+
+
+def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
+    """Return what is noted of the files in a folder, by path; `url` is what paths count from."""
+    path = folder / CHECKSUMS
+    return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
+
+
+def _with_noted(file: RemoteFile, noted: RemoteFile) -> RemoteFile:
+    sha256 = file.sha256 or noted.sha256
+    return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
+
+
+def _describe(
+    public: PublicSet,
+    files: Sequence[RemoteFile],
+    missing: Sequence[RemoteFile],
+    page: str,
+    folder: Path,
+) -> list[str]:
+    """Return sentences on what it is, how large, under which licence, and how sure all that is."""
+    licence = public.licence or f"named by {public.page}; read it before you use them"
+    sentences = [
+        f"{public.title} ({public.page}).",
+        f"Licence: {licence}.",
+        f"{len(files)} file(s), {_size_of(files)}, listed by {page}.",
+    ]
+    if len(missing) < len(files):
+        sentences.append(f"{len(files) - len(missing)} are here; {_size_of(missing)} to fetch.")
+    if unknown := sum(file.sha256 is None for file in missing):
+        sentences.append(
+            f"Of {unknown} no checksum is known: what comes first is trusted, and its checksum "
+            f"noted in {folder / CHECKSUMS}."
+        )
+    return sentences
+
+
+def _size_of(files: Sequence[RemoteFile]) -> str:
+    unknown = sum(file.n_bytes is None for file in files)
+    known = decimal(sum(file.n_bytes or 0 for file in files))
+    if unknown == 0:
+        return known
+    return "of unknown size" if unknown == len(files) else f"at least {known}"
+
+
+def _bring_all(files: Sequence[RemoteFile], folder: Path, page: str, progress: Progress) -> int:
+    """Check what is here, and fetch what is not; return the size of all, in bytes."""
+    pup = import_extra("fetch", "fetch", "pooch").create(
+        folder.absolute(), "", retry_if_failed=RETRIES, allow_updates=False,
+        registry={file.path: file.sha256 for file in files},
+        urls={file.path: file.url for file in files},
+    )  # fmt: skip
+    checksums, noted, done = folder / CHECKSUMS, _read_noted(folder, page), 0
+    total = sum(file.n_bytes or 0 for file in files) or len(files)
+    with progress.task("fetching", total) as mark, import_web().Session() as session:
+        for file in files:
+            _bring(file, folder / file.path, pup, partial(_save, session, mark, done, file.path))
+            n_bytes = (folder / file.path).stat().st_size
+            done += n_bytes
+            mark(done, file.path)
+            if file.path not in noted:
+                whole = replace(file, sha256=checksum(folder / file.path), n_bytes=n_bytes)
+                with naming(checksums), checksums.open("a", encoding="utf-8") as out:
+                    out.write(format_manifest([whole]))
+    return done
+
+
+def _save(
+    session: Any, mark: Mark, before: int, path: str, url: str, target: str, _pooch: Any
+) -> None:
+    """Write what is at an address to a file, as pooch calls it."""
+    remove(Path(target))  # pooch made it readable for its owner alone
+    with ask(session, url, stream=True) as answer, Path(target).open("wb") as out:
+        for piece in answer.iter_content(_PIECE):
+            out.write(piece)
+            mark(before + out.tell(), path)
+
+
+def _bring(file: RemoteFile, target: Path, pup: Any, save: Any) -> None:
+    """Fetch a file, or check it where it is here.
+
+    Raises
+    ------
+    InputError
+        If it does not come whole, is another than is listed, or there is no room; what was fetched
+        before stays.
+    """
+    is_here = target.exists()
+    try:
+        pup.fetch(file.path, downloader=save)
+        if is_here and file.n_bytes not in (None, target.stat().st_size):
+            raise ValueError
+    except import_web().RequestException as error:
+        raise InputError(
+            f"{file.url}: expected the whole file, found a connection that breaks; run the same "
+            "command again: it goes on with this file"
+        ) from error
+    except ValueError as error:  # as pooch has it where a checksum is another
+        if is_here:
+            raise InputError(
+                f"{target}: expected the file that is listed, found another; move it elsewhere"
+            ) from error
+        raise InputError(
+            f"{target}: expected the file with SHA-256 {file.sha256}, as it is listed, found "
+            f"another at {file.url} (not kept); fetch it again; if it stays so, the file was "
+            "changed where it comes from, or on the way"
+        ) from error
+    except OSError as error:
+        raise InputError(
+            f"{target}: expected room and permission to write it, found {reason_of(error)}; make "
+            "room, or choose another folder; the same command goes on from what is there"
+        ) from error

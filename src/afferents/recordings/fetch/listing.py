@@ -1,40 +1,129 @@
-"""Which files a data set has: asked of a folder of a web server, or of a hub."""
+"""Which files a data set has: from a list with checksums, a web server's folder, or the hub."""
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import unescape
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import quote, unquote, urldefrag, urljoin, urlsplit
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.files import is_hidden
 from afferents.plugins import import_extra
-from afferents.recordings.fetch.archives import RemoteFile, path_within
 
 TIMEOUT_S = (10.0, 60.0)
 """To connect, and between two pieces of an answer."""
 ANY_WAY_ROUND = (
     "see whether a browser opens it; --url names another place, and --manifest a list of files"
 )
-_PLAIN = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
+UNKNOWN = "-"
+_SHA256 = r"(?P<sha256>[0-9a-fA-F]{64}"
+_LINES = (  # as sha256sum writes it, and ours
+    re.compile(rf"{_SHA256})\s+\*?(?P<path>.+)"),
+    re.compile(rf"(?P<path>.+?)\s+{_SHA256}|-)\s+(?P<bytes>\d+|-)"),
+)
 _HUB = re.compile(r"(?P<site>.+)/api/(?P<set>datasets/[^/]+/[^/]+)/tree/(?P<revision>[^/]+).*")
 """A folder as the Hugging Face hub lists it."""
-_RAW = r"\g<site>/\g<set>/resolve/\g<revision>/"
-"""What the paths in that list count from."""
 _LINK = re.compile(r"""<a\b[^>]*?\bhref\s*=\s*["']?([^"'\s>]+)""", re.IGNORECASE)
 
 
+@dataclass(frozen=True)
+class RemoteFile:
+    """A file on a server.
+
+    Attributes
+    ----------
+    path
+        Where it goes, from the folder that all go into.
+    url
+        Where it is.
+    sha256, n_bytes
+        None where they are not known.
+    """
+
+    path: str
+    url: str
+    sha256: str | None = None
+    n_bytes: int | None = None
+
+
+def read_manifest(path: Path, url: str) -> list[RemoteFile]:
+    """Read a list of files: ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
+
+    A ``-`` stands for what is not known. Lines that begin with ``#`` are left out.
+
+    Parameters
+    ----------
+    url
+        What the paths count from on the server.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, names no file, or has a line of another form or a path that leads out
+        of the folder; naming the line.
+    """
+    with reading(path, "a list of files", OSError, UnicodeDecodeError):
+        lines = path.read_text(encoding="utf-8").splitlines()
+    found: dict[str, RemoteFile] = {}
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        where = f"line {number} of {path}"
+        match = next(filter(None, (one.fullmatch(line.strip()) for one in _LINES)), None)
+        if match is None:
+            expected = f"PATH SHA-256 BYTES, or '{UNKNOWN}' for what is not known"
+            raise InputError(f"{where}: expected {expected}, found '{line.strip()}'")
+        parts = {
+            name: None if text == UNKNOWN else text for name, text in match.groupdict().items()
+        }
+        name, sha256, n_bytes = (
+            path_within(match["path"], where),
+            parts["sha256"],
+            parts.get("bytes"),
+        )
+        found[name] = RemoteFile(
+            name, urljoin(url.rstrip("/") + "/", quote(name)),
+            sha256 and sha256.lower(), None if n_bytes is None else int(n_bytes),
+        )  # fmt: skip
+    if not found:
+        raise InputError(f"{path}: expected a list of files, found none in it")
+    return list(found.values())
+
+
+def format_manifest(files: Iterable[RemoteFile]) -> str:
+    """Return a list as `read_manifest` reads it."""
+    return "".join(
+        f"{one.path} {one.sha256 or UNKNOWN} {UNKNOWN if one.n_bytes is None else one.n_bytes}\n"
+        for one in files
+    )
+
+
+def path_within(path: str, where: object) -> str:
+    """Return a path that a server or a list names, if it stays in the folder.
+
+    Raises
+    ------
+    InputError
+        If it leads elsewhere, or has a name that begins with a dot.
+    """
+    parts = PurePosixPath(path).parts
+    bad = not parts or path.startswith("/") or any(letter in path for letter in "\\:\0")
+    if bad or any(part.startswith(".") for part in parts):
+        raise InputError(f"{where}: expected paths of files within the data set, found '{path}'")
+    return "/".join(parts)
+
+
 def import_web() -> Any:
-    """Return the library `requests`.
+    """Return the library `requests`, which `pooch` brings.
 
     Raises
     ------
     InputError
         If the extra is not installed.
     """
-    return import_extra("fetch", "fetch", "requests")
+    return import_extra("fetch", "fetch", "requests", "pooch")
 
 
 def ask(session: Any, url: str, how: str = "get", **options: Any) -> Any:
@@ -46,19 +135,17 @@ def ask(session: Any, url: str, how: str = "get", **options: Any) -> Any:
         If there is no answer, or one that says that there is no such thing.
     """
     requests = import_web()
-    headers = _PLAIN | options.pop("headers", {})
+    headers = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
     try:
         answer = session.request(
             how, url, timeout=TIMEOUT_S, headers=headers, allow_redirects=True, **options
         )
-        if answer.status_code != requests.codes.range_not_satisfiable:
-            answer.raise_for_status()
-    except requests.HTTPError as error:
-        found = f"{error.response.status_code} {error.response.reason}".strip()
-        raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}") from error
+        answer.raise_for_status()
     except requests.RequestException as error:  # its own words are long
         words = {"ConnectionError": "no connection", "SSLError": "a certificate that does not hold"}
         found = words.get(type(error).__name__, type(error).__name__)
+        if isinstance(error, requests.HTTPError):
+            found = f"{error.response.status_code} {error.response.reason}".strip()
         raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}") from error
     return answer
 
@@ -70,7 +157,7 @@ def list_files(url: str) -> list[RemoteFile]:
     ----------
     url
         A folder of a web server that shows what is in it, or a folder of a data set of the
-        Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which says checksums too.
+        Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which has checksums too.
 
     Raises
     ------
@@ -79,10 +166,12 @@ def list_files(url: str) -> list[RemoteFile]:
     """
     with import_web().Session() as session:
         if hub := _HUB.fullmatch(url):
-            return list(_on_hub(session, url, hub.expand(_RAW)))
+            return list(
+                _on_hub(session, url, hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/"))
+            )
         with ask(session, url, stream=True) as answer:  # which may be a large file
             base = answer.url.rstrip("/") + "/"  # after redirections
-        files = sorted(_crawl(session, base))
+        files = sorted(_in_folders(session, base))
     if not files:
         expected = "a folder that lists the data set's files"
         raise InputError(f"{url}: expected {expected}, found none in it; {ANY_WAY_ROUND}")
@@ -111,7 +200,7 @@ def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
         page = answer.links.get("next", {}).get("url")
 
 
-def _crawl(session: Any, base: str) -> Iterator[str]:
+def _in_folders(session: Any, base: str) -> Iterator[str]:
     """Yield the files in a folder of a web server, and in folders in it, that are not hidden."""
     waiting, seen = [base], {base}
     while waiting:
@@ -119,28 +208,21 @@ def _crawl(session: Any, base: str) -> Iterator[str]:
         if not link.endswith("/"):
             yield link
             continue
-        found = _links_in(ask(session, link, stream=True))
-        new = {one for one in found if one.startswith(link)} - seen
-        new = {one for one in new if not is_hidden(PurePosixPath(unquote(one.removeprefix(link))))}
-        waiting += sorted(new)
-        seen |= new
-
-
-def _links_in(page: Any) -> list[str]:
-    """Return the links of a page, whole, without those that only sort a list."""
-    is_html = "html" in page.headers.get("Content-Type", "html")
-    links = _LINK.findall(page.text) if is_html else []
-    page.close()
-    whole = (urldefrag(urljoin(page.url, unescape(link)))[0] for link in links)
-    return [link for link in whole if not urlsplit(link).query]
+        with ask(session, link, stream=True) as page:
+            is_html = "html" in page.headers.get("Content-Type", "html")
+            links = _LINK.findall(page.text) if is_html else []
+        for one in {urldefrag(urljoin(page.url, unescape(link)))[0] for link in links} - seen:
+            within = PurePosixPath(unquote(one.removeprefix(link)))
+            if one.startswith(link) and not urlsplit(one).query and not is_hidden(within):
+                seen.add(one)
+                waiting.append(one)
 
 
 def ask_sizes(files: Iterable[RemoteFile]) -> Iterator[RemoteFile]:
-    """Yield files with their sizes, as far as the server says them."""
+    """Yield files with their sizes, as far as the server has them."""
     with import_web().Session() as session:
         for file in files:
-            if file.n_bytes is not None:
-                yield file
-                continue
-            length = ask(session, file.url, "head").headers.get("Content-Length", "")
-            yield replace(file, n_bytes=int(length)) if length.isdigit() else file
+            if file.n_bytes is None:
+                length = ask(session, file.url, "head").headers.get("Content-Length", "")
+                file = replace(file, n_bytes=int(length) if length.isdigit() else None)
+            yield file

@@ -1,0 +1,54 @@
+"""Models to try live without recordings: trained once, on the demo's session or a smaller one."""
+
+from pathlib import Path
+
+from afferents.evaluation.data import open_data
+from afferents.evaluation.train import Training, train_model
+from afferents.extraction.extract import extract_session
+from afferents.extraction.options import Extraction
+from afferents.markers.sensor import load_sensor
+from afferents.models.card import Card
+from afferents.models.export import export
+from afferents.models.model import BEST, MODELS
+from afferents.progress import Progress
+from afferents.rig.simulate import simulate_session
+from afferents.rig.simulation import simulation_of
+from afferents.store.zarr_store import holds_all
+
+DEMO_STORE = Path("out/demo/session.zarr")
+"""Where `afferents reproduce` leaves the demo's responses."""
+_FEW_SPEEDS = (10, 20, 40, 70, 100)
+"""For a model to try live, which is not to be waited for; mm/s."""
+
+
+def demo_models(folder: Path, progress: Progress) -> list[Path]:
+    """Return exported models of the simulated rig, in a folder; kept where both are there.
+
+    They learn from `DEMO_STORE`, if it is there; else a small session is simulated.
+    """
+    exported = [folder / f"{name}.onnx" for name in BEST]
+    if all(path.is_file() for path in exported):
+        return exported
+    # a demo that was stopped leaves a part
+    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulated_store(folder, progress)
+    (data,) = open_data([str(store)], progress=progress)
+    for name, path in zip(BEST, exported, strict=True):
+        progress.note(f"training {MODELS[name].title} on {store}")
+        training = Training(data, MODELS[name], data.encodings)
+        card: Card = train_model(training, folder / name, progress, force=True)
+        export(folder / name, path, force=True)
+        for sentence in card.describe():
+            progress.note(sentence)
+    return exported
+
+
+def _simulated_store(folder: Path, progress: Progress) -> Path:
+    progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
+    simulation = simulation_of(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
+    simulate_session(simulation, None, progress)
+    progress.note("following the markers in its videos")
+    store = folder / "session.zarr"
+    extract_session(
+        Extraction(folder / "session", store, load_sensor("tip_b"), "windowed"), progress
+    )
+    return store
