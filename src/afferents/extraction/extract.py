@@ -34,8 +34,8 @@ from afferents.recordings.session import Session, read_session, require_rates_th
 from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import Footage
 from afferents.store.drum_path import logged_path
-from afferents.store.recording import Recording
 from afferents.store.integrity import is_group
+from afferents.store.recording import Recording
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
@@ -45,7 +45,6 @@ from afferents.store.zarr_store import (
     is_whole,
     open_responses,
     remove_empty,
-    require_no_store,
     require_same_files,
     write_responses,
 )
@@ -128,7 +127,6 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
-    require_no_store(extraction.out)
     with writing_alone(extraction.out, "extract"):
         create_store(extraction.out, extraction.config(session, sensors))
         declared = {r.name: declared_of(r, session, sensors) for r in session.recordings}

@@ -13,7 +13,6 @@ from afferents.devices.base import (
     Block,
     Camera,
     CameraSettings,
-    DeviceError,
     Drive,
     DriveLimits,
     DriveState,
@@ -281,7 +280,7 @@ class SimulatedDrive(_OnBench, Drive):
 
 
 def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
-    """Return devices of a dry run in place of those that a plan names, whose options are checked."""
+    """Return devices of a dry run; those that a plan names are checked, and stay untouched."""
 
     def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
         table, where = getattr(plan, name), f"{path}, [{name}]"

@@ -30,10 +30,9 @@ from afferents.evaluation.intervals import (
 )
 from afferents.evaluation.metrics import accuracy_by_group
 from afferents.evaluation.schemas import Difference
-from afferents.files import Place, write_json
+from afferents.files import Place, holds_only, is_our_picture, require_free, write_json
 from afferents.folds.held_out import SPEED, key_of
 from afferents.models.fit_solved import named_when_left_out
-from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.explain import Explanation
@@ -315,7 +314,7 @@ def explain_shear_of(data: OpenedData, out: Path, cut: Cut, progress: Progress) 
         If the data have no markers, recordings without a speed, fewer than two textures or speeds,
         or a texture at one speed alone.
     """
-    require_picture_folder(out, FACTS)
+    require_free(out, holds_only(FACTS, or_ours=is_our_picture))
     recordings, where = list(data.responses), data.origin.source
     _require_enough(recordings, where)
     asked = {name: source for name, source in ENCODED.items() if has(recordings[0], source)}
