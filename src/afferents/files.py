@@ -14,8 +14,11 @@ from uuid import uuid4
 
 from afferents.errors import InputError
 
-PARTIAL_PREFIX = ".partial-"
-"""Names that start like this are unfinished work of a run; never data."""
+PARTIAL_PREFIX, LOCK = ".partial-", ".afferents-lock"
+"""Names of a run that is at work: what it has not finished, and its lock; never data."""
+MARK = "afferents"
+"""We write it into every file that a user names, where its format has room for it."""
+_HEAD_BYTES = 4096
 _NAME_KEPT = 80
 """Characters of a target's name that its temporary name begins with: names have an end."""
 _SYSTEM = {
@@ -32,17 +35,99 @@ _SYSTEM = {
 }
 """Errors of the system while something is written, in words."""
 
-Replaceable = Callable[[Path], bool]
-"""Says of a folder that is there whether it is what is about to be written, of an earlier run."""
+Recognise = Callable[[Path], bool]
+"""Returns whether a file or folder that exists is an earlier output of the same kind."""
 
 
-def holds_only(*names: str) -> Replaceable:
-    """Return what says that a folder holds nothing but files of these names."""
-    return lambda folder: all(entry.name in names for entry in folder.iterdir())
+def nothing(_: Path) -> bool:
+    """Recognise nothing: what exists stays."""
+    return False
+
+
+def holds_only(*names: str, or_ours: Recognise = nothing) -> Recognise:
+    """Return what recognises a folder of nothing but files of these names, or that are ours.
+
+    What a run that is at work leaves there does not count. Without names it recognises an empty
+    folder.
+    """
+
+    def recognises(folder: Path) -> bool:
+        return folder.is_dir() and all(
+            entry.name in (*names, LOCK) or entry.name.startswith(PARTIAL_PREFIX) or or_ours(entry)
+            for entry in folder.iterdir()
+        )
+
+    return recognises
+
+
+def has_mark(path: Path, mark: str) -> bool:
+    """Return whether a path is a file whose first bytes hold our mark."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return mark.encode() in file.read(_HEAD_BYTES)
+
+
+def is_our_picture(path: Path) -> bool:
+    """Return whether a file is a PNG of ours."""
+    return path.suffix == ".png" and has_mark(path, f"Software\0{MARK}")
+
+
+def require_free(
+    target: Path, is_ours: Recognise = nothing, *, force: bool = True, reads: Iterable[Path] = ()
+) -> None:
+    """Refuse a target that must not be written: the one rule for all outputs.
+
+    What exists is replaced, or gone on with, only if it is an earlier output of the same kind.
+    Never replaced is what the command reads, a device, or a link to nowhere.
+
+    Parameters
+    ----------
+    is_ours
+        Recognises an earlier output of the same kind.
+    force
+        False where a user must give ``--force`` to replace an earlier output, and did not.
+    reads
+        Files and folders that the command reads.
+
+    Raises
+    ------
+    InputError
+        Saying what is in the way.
+    """
+    do = ""
+    try:
+        found = _in_the_way(target, is_ours, [one.resolve() for one in reads])
+        if not found and not force and target.exists():
+            found, do = "an earlier output", "add --force to replace it, or "
+    except (OSError, RuntimeError) as error:  # a link to itself is a RuntimeError
+        found = _described(error) if isinstance(error, OSError) else "a link that leads to itself"
+    if found:
+        raise InputError(
+            f"{target}: expected a name that is free, found {found}; {do}choose another name"
+        )
+
+
+def _in_the_way(target: Path, is_ours: Recognise, reads: list[Path]) -> str:
+    """Return what must not be replaced, in words; empty where nothing is in the way."""
+    there = next(place for place in (target, *target.parents) if os.path.lexists(place))
+    if not there.exists():
+        return "a link that leads nowhere"
+    if there != target:
+        return "" if there.is_dir() else f"{there.name}, which is no folder,"
+    place = target.resolve()
+    if any(place in (read, *read.parents) for read in reads):
+        return "what the command reads"
+    if not (target.is_file() or target.is_dir()):
+        return "a device or a pipe"
+    if is_ours(target):
+        return ""
+    kind = "a folder" if target.is_dir() else "a file"
+    return kind if is_ours is nothing else f"{kind} that holds something else"
 
 
 @contextmanager
-def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[Path]:
+def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Path]:
     """Yield a temporary path beside `target`; rename it to `target` if the block succeeds.
 
     Works for files and folders. If the block raises, the temporary path is removed and an
@@ -51,24 +136,24 @@ def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[P
     Parameters
     ----------
     replaces
-        Says which folder at `target` may be replaced; without it none is. A file is replaced by
-        a file; whether a user's file may be is asked before (`outputs.require_free`).
+        Recognises what may be replaced: by default any file. Commands look at a file that a user
+        names with `require_free` first, before any work.
 
     Raises
     ------
     InputError
-        If something stands at `target` that is not to be replaced: a folder that holds other
-        things, a device, a link to nowhere. If the disk is full, or there is no permission.
+        If something that must not be replaced stands at `target`. If the disk is full, or there is
+        no permission.
     """
-    target = _followed(target)
-    _require_replaceable(target, replaces)
+    require_free(target, replaces)
+    target = target.resolve() if target.is_symlink() else target  # a link stays a link
     partial = target.parent / _partial_name(target.name)
     made = [folder for folder in target.parents if not folder.exists()]
     try:
         with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             yield partial
-            _require_replaceable(target, replaces)
+            require_free(target, replaces)
             _rename(partial, target)
     except BaseException:
         remove(partial)
@@ -95,42 +180,6 @@ def naming(target: Path) -> Iterator[None]:
         raise  # of a file that is read meanwhile
 
 
-def _followed(target: Path) -> Path:
-    """Return where a link leads, so that it stays a link.
-
-    Raises
-    ------
-    InputError
-        If it leads nowhere, or to itself.
-    """
-    if not target.is_symlink():
-        return target
-    try:
-        return target.resolve(strict=True)
-    except (OSError, RuntimeError):
-        raise InputError(
-            f"{target}: expected a name to write to, found a link that leads nowhere; choose "
-            "another name"
-        ) from None
-
-
-def _require_replaceable(target: Path, replaces: Replaceable | None) -> None:
-    try:
-        if not target.exists() or target.is_file():
-            return
-    except OSError as error:
-        raise _not_written(target, error) from error
-    if not target.is_dir():
-        found = "a device or a pipe"
-    elif replaces is not None and replaces(target):
-        return
-    else:
-        found = "a folder" if replaces is None else "a folder that holds other things"
-    raise InputError(
-        f"{target}: expected a name that is free to write to, found {found}; choose another name"
-    )
-
-
 def _rename(partial: Path, target: Path) -> None:
     if target.is_dir() and partial.is_dir():
         earlier = target.parent / _partial_name(target.name)
@@ -145,8 +194,12 @@ def _partial_name(name: str) -> str:
     return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{os.getpid()}-{uuid4().hex[:8]}"
 
 
+def _described(error: OSError) -> str:
+    return _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
+
+
 def _not_written(target: Path, error: OSError) -> InputError:
-    found = _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
+    found = _described(error)
     kept = "nothing of it is left, and what was there before is untouched"
     return InputError(
         f"{target}: expected room and permission to write it, found {found} ({kept}); make room, "

@@ -8,8 +8,10 @@ from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recorder.plan import read_plan
 from afferents.recorder.record import Recorder
-from afferents.recorder.rehearsal import Bench, simulate_devices
+from afferents.recorder.rehearsal import Bench
 from afferents.rig import Rig
+
+from ..unit.recorder.faulty import faulty_devices
 
 PLAN = """
 textures = ["4"]
@@ -21,7 +23,6 @@ redo = 0
 kind = "simulated"
 [microphone]
 kind = "simulated"
-{microphone}
 [drive]
 kind = "simulated"
 """
@@ -32,14 +33,14 @@ def recorded(tmp_path_factory):
     """Return what came of the run with a microphone of its own, and its session's file."""
     folder = tmp_path_factory.mktemp("taps")
     path = folder / "PLAN.toml"
-    path.write_text(PLAN.format(microphone=""))
-    bench = Bench(Rig(), read_plan(path), speed=4)
+    path.write_text(PLAN)
+    plan = read_plan(path)
+    bench = Bench(Rig(), plan, speed=4)
 
-    def recorded(microphone):
-        path.write_text(PLAN.format(microphone=microphone))
-        plan, session = read_plan(path), folder / microphone
-        devices = simulate_devices(plan, path, bench)
+    def recorded(**faults):
+        session = folder / str(faults)
         with Progress(quiet=True) as progress:
+            devices = faulty_devices(bench, **faults)
             recorder = Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
             outcome = recorder.record(session, progress)
         return outcome, json.loads((session / "session.json").read_text())
@@ -49,7 +50,7 @@ def recorded(tmp_path_factory):
 
 @pytest.mark.parametrize("offset_ms", [-30, 45])
 def test_the_offset_of_a_run_is_found(recorded, offset_ms):
-    outcome, said = recorded(f"offset_ms = {offset_ms}")
+    outcome, said = recorded(offset_ms=offset_ms)
     assert outcome.recorded == ["4/60"]
     found = said["runs"]["4/60"]["audio_offset"]
     assert 1000 * found["seconds"] == pytest.approx(offset_ms, abs=2)
@@ -58,5 +59,5 @@ def test_the_offset_of_a_run_is_found(recorded, offset_ms):
 
 
 def test_a_run_without_a_tap_that_both_show_is_refused(recorded):
-    outcome, _ = recorded("silent = true")
+    outcome, _ = recorded(silent=True)
     assert "sound against picture: no tap that both show" in outcome.kept_aside["4/60"]

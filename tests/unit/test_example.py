@@ -92,7 +92,7 @@ def test_what_is_somebody_s_stays(tmp_path):
     own = recording_in(tmp_path) / "thesis.tex"
     own.parent.mkdir(parents=True)
     own.write_text("years of work")
-    with pytest.raises(InputError, match="a folder that holds other things"):
+    with pytest.raises(InputError, match="a folder that holds something else"):
         afferents.example(tmp_path, quiet=True)
     assert own.read_text() == "years of work"
     with pytest.raises(InputError, match="room and permission to write it"):

@@ -47,7 +47,7 @@ def test_a_folder_is_replaced_only_by_what_it_holds(tmp_path):
     write(replaces=holds_only("fold.json"))
     assert (tmp_path / "fold" / "fold.json").read_text() == "new"
     (tmp_path / "fold" / "notes.txt").write_text("precious")
-    with pytest.raises(InputError, match="holds other things"):
+    with pytest.raises(InputError, match="a folder that holds something else"):
         write(replaces=holds_only("fold.json"))
     assert (tmp_path / "fold" / "notes.txt").read_text() == "precious"
     assert [p.name for p in tmp_path.iterdir()] == ["fold"]

@@ -10,17 +10,11 @@ from pathlib import Path
 import pytest
 
 from afferents.errors import InputError
+from afferents.files import LOCK, holds_only, is_our_picture, require_free
 from afferents.models.card import CARD, WEIGHTS
 from afferents.models.export import _is_exported
 from afferents.models.folder import is_model_folder
-from afferents.outputs import (
-    LOCK,
-    is_locked,
-    is_our_picture,
-    require_free,
-    require_picture_folder,
-    writing_alone,
-)
+from afferents.outputs import is_locked, writing_alone
 
 from ..conftest import shift_px
 
@@ -124,12 +118,12 @@ def test_a_model_is_known_by_its_card_and_by_holding_nothing_else(tmp_path):
     (model / CARD).write_text("{}")
     (model / WEIGHTS).write_bytes(b"")
     assert is_model_folder(model)
-    require_free(model, "a model", is_model_folder, force=True)
+    require_free(model, is_model_folder)
     with pytest.raises(InputError, match="what the command reads"):
-        require_free(model, "a model", is_model_folder, force=True, reads=[model / CARD])
+        require_free(model, is_model_folder, reads=[model / CARD])
     (model / "notes.txt").write_text("precious")
     with pytest.raises(InputError, match="a folder that holds something else"):
-        require_free(model, "a model", is_model_folder, force=True)
+        require_free(model, is_model_folder)
 
 
 def test_an_exported_model_is_known_by_the_card_in_it(tmp_path):
@@ -141,10 +135,12 @@ def test_an_exported_model_is_known_by_the_card_in_it(tmp_path):
     ]  # fmt: skip
 
 
-def test_a_picture_folder_that_leads_nowhere(precious):
-    for name, found in {"nowhere": "leads nowhere", "f": "no folder", "d": "notes.txt"}.items():
-        with pytest.raises(InputError, match=found):
-            require_picture_folder(precious / name)
+def test_what_is_no_picture_folder(precious):
+    found = {"nowhere": "leads nowhere", "f": "a file that", "d": "a folder that"}
+    found |= {"f/g": "f, which is no folder", "nowhere/g": "leads nowhere"}
+    for name, words in found.items():
+        with pytest.raises(InputError, match=words):
+            require_free(precious / name, holds_only(or_ours=is_our_picture))
 
 
 def test_a_second_writer_is_refused_in_a_sentence_that_names_the_first(tmp_path):
@@ -181,7 +177,7 @@ def test_a_process_that_was_killed_keeps_nobody_out(tmp_path):
 
 def test_a_file_where_the_folder_should_be(tmp_path):
     (tmp_path / "out").write_text("precious")
-    with pytest.raises(InputError, match="something that is no folder"):
+    with pytest.raises(InputError, match="a file that holds something else"):
         writing_alone(tmp_path / "out", "extract").__enter__()
     assert (tmp_path / "out").read_text() == "precious"
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from afferents.documents import as_form, parse_json
 from afferents.errors import InputError
-from afferents.files import write_text
+from afferents.files import holds_only, require_free, write_text
 from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
@@ -275,7 +275,7 @@ def write_table(entries: Iterable[Entry], folder: Path) -> list[Path]:
         "table.csv": table(there).to_csv(index=False),
         "table.html": render_tables("Benchmark", tables),
     }
-    folder.mkdir(parents=True, exist_ok=True)
+    require_free(folder, holds_only(*texts))
     for name, text in texts.items():
         write_text(folder / name, text)
     return [folder / name for name in texts]

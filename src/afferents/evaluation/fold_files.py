@@ -13,7 +13,6 @@ from pydantic import Field
 
 from afferents import dims
 from afferents.encodings.samples import Samples
-from afferents.errors import InputError
 from afferents.evaluation.results import (
     CONFIG,
     OPTIONS,
@@ -24,7 +23,13 @@ from afferents.evaluation.results import (
     read_predictions,
 )
 from afferents.evaluation.schemas import Counted, ModelName, Schema
-from afferents.files import PARTIAL_PREFIX, holds_only, require_same_config, write_aside, write_json
+from afferents.files import (
+    holds_only,
+    require_free,
+    require_same_config,
+    write_aside,
+    write_json,
+)
 from afferents.folds.held_out import (
     SPEED,
     Amount,
@@ -42,7 +47,6 @@ from afferents.folds.held_out import (
 from afferents.folds.protocol import Fold, ProtocolName
 from afferents.folds.splits import Leaks
 from afferents.models.model import MODELS
-from afferents.outputs import LOCK
 
 FOLDS, PLAN = "folds", "plan.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
@@ -233,19 +237,8 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     if (results / CONFIG).is_file():
         earlier = read_config(results)
         require_same_config(results, "results", _comparable(earlier), _comparable(config))
-    elif results.exists() and (not results.is_dir() or _foreign(results)):
-        raise InputError(
-            f"{results}: expected a new, empty or results folder, found something else; choose "
-            "another --out"
-        )
-
-
-def _foreign(results: Path) -> bool:
-    """Say whether a folder without finished folds holds other than what a run leaves at first."""
-    names = (path.name for path in results.iterdir())
-    return any(
-        not (n in (PLAN, FOLDS, LOCK, OWN_MODELS) or n.startswith(PARTIAL_PREFIX)) for n in names
-    )
+    else:
+        require_free(results, holds_only(PLAN, FOLDS, OWN_MODELS))
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -35,7 +35,7 @@ from afferents.evaluation.encode import (
 )
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
-from afferents.files import Place
+from afferents.files import Place, require_free
 from afferents.folds.corruption import Corruptions
 from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
@@ -47,7 +47,6 @@ from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
 from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
 from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
-from afferents.outputs import require_free
 from afferents.plugins import reference_of
 from afferents.progress import Mark, Progress
 from afferents.recordings.data_set import Data
@@ -101,7 +100,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     options = training.options
     _require_deployable(training.model)
     reads = [training.data.origin.data_set.path]
-    require_free(out, "a model", is_model_folder, force=force, reads=reads)
+    require_free(out, is_model_folder, force=force, reads=reads)
     recordings = with_steady(training.data.responses, training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
     corrupted = Corruptions(training=options.disturb_training)

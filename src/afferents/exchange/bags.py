@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError, reading
 from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
-from afferents.files import Place, safe_names, write_aside, write_json
-from afferents.outputs import require_new_folder
+from afferents.files import Place, holds_only, require_free, safe_names, write_aside, write_json
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound, sound_name
 from afferents.recordings.ros_messages import NS, NUMBER, TEXT, Messages, typestore
@@ -83,7 +82,7 @@ def export_mcap(
     [PosixPath('bags/4_60')]
     """
     types, out = typestore(), Path(out)
-    require_new_folder(out, "a new folder for bags")
+    require_free(out, holds_only())
     if not 1 <= quality <= 100:
         raise InputError(f"--quality: expected a number from 1 to 100, found {quality}")
     names = recordings.split(",") if isinstance(recordings, str) else recordings
@@ -94,7 +93,7 @@ def export_mcap(
     said = [] if percepts is None else _lines(Path(percepts))
     make, folders = Messages(types), safe_names(found)
     predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in said]
-    with Progress(quiet) as progress, write_aside(out) as partial:
+    with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
         partial.mkdir(parents=True)
         for name, one in progress.track(found.items(), "exporting", len(found)):
             messages = [*_messages(make, one, quality), predictions]

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.files import Place, write_aside
-from afferents.outputs import require_new_folder
+from afferents.files import Place, holds_only, require_free, write_aside
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.session import read_session, recordings_of
@@ -98,7 +97,7 @@ def export_lerobot(
     """
     import_extra("parquet", "export-lerobot", "pyarrow")
     store, out = Path(store), Path(out)
-    require_new_folder(out, "a new folder for a LeRobot data set")
+    require_free(out, holds_only())
     recordings = [one for one in open_whole(store) if dims.POSITION in one]
     if not recordings:
         raise InputError(f"{store}: expected recordings with markers, found none")
@@ -106,7 +105,7 @@ def export_lerobot(
     fps = _frame_rate(store, recordings)
     _require_one_shape(store, recordings)
     tasks = sorted({_task(one) for one in recordings})
-    with Progress(quiet) as progress, write_aside(out) as partial:
+    with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
         written = _DataSet(partial, fps, tasks)
         for responses in progress.track(recordings, "exporting", len(recordings)):
             written.add_episode(responses, videos.get(str(responses.attrs["name"])))

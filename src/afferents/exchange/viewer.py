@@ -8,9 +8,8 @@ import numpy as np
 
 from afferents import dims
 from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
-from afferents.files import Place, write_aside
+from afferents.files import Place, require_free, write_aside
 from afferents.markers.places import images_of
-from afferents.outputs import require_free
 from afferents.plugins import import_extra
 
 _LOUDNESS_HZ = 100.0
@@ -52,7 +51,7 @@ def view(
     """
     if save is not None:
         save = Path(save)
-        require_free(save, "a recording for rerun", lambda _: False)
+        require_free(save)
     rr: Any = import_extra("view", "view", "rerun")
     wanted = () if recording is None else (recording,)
     ((name, found),) = find_recordings(source, store, wanted, most=1).items()

@@ -45,7 +45,6 @@ from afferents.store.zarr_store import (
     is_whole,
     open_responses,
     remove_empty,
-    require_no_store,
     require_same_files,
     write_responses,
 )
@@ -128,7 +127,6 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
-    require_no_store(extraction.out)
     with writing_alone(extraction.out, "extract"):
         create_store(extraction.out, extraction.config(session, sensors))
         declared = {r.name: declared_of(r, session, sensors) for r in session.recordings}

@@ -8,12 +8,11 @@ from afferents.choices import Method
 from afferents.errors import InputError, PartialFailureError
 from afferents.extraction.extract import extract_session, marker_responses
 from afferents.extraction.options import Extraction
-from afferents.files import Place
+from afferents.files import Place, require_free
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_track_issues
 from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
-from afferents.outputs import require_free
 from afferents.progress import Progress
 from afferents.recordings.media import is_image_folder
 from afferents.recordings.session_file import rate_in
@@ -69,7 +68,7 @@ def track_into(
         raise InputError(
             "--cluster: expected a session, whose videos go side by side, found one video"
         )
-    require_free(out, "a video's tracks", is_tracks, force=force, reads=[source])
+    require_free(out, is_tracks, force=force, reads=[source])
     video = open_clip(source, None if fps_hz is None else rate_in(fps_hz))
     why = ""
     if sensor is None:

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from afferents.errors import InputError
-from afferents.files import Place, write_aside
+from afferents.files import Place, has_mark, is_our_picture, require_free, write_aside
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.estimate import looks
 from afferents.markers.rest import BITS, STALE, start_sentences
 from afferents.markers.sensor import DiscDetector, Sensor, load_sensor
-from afferents.outputs import has_mark, is_our_picture, require_free
 from afferents.progress import printable
 from afferents.recordings.video import open_clip
 from afferents.reporting.recording_figures import markers_figure
@@ -50,8 +49,8 @@ def calibrate_sensor(
     # A name that ends in a digit would be taken for an image of a numbered series.
     end = "-markers.png" if out.stem[-1].isdigit() else ".png"
     picture = out.with_name(out.stem + end)
-    require_free(out, "a sensor file", lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
-    require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=videos)
+    require_free(out, lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
+    require_free(picture, is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
         [open_clip(video, _ANY_HZ) for video in videos], printable(out.stem), pitch_mm
     )

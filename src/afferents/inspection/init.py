@@ -6,9 +6,8 @@ from pathlib import Path
 
 from afferents.documents import quoted
 from afferents.errors import InputError, reading, then
-from afferents.files import Place, write_text
+from afferents.files import Place, has_mark, require_free, write_text
 from afferents.markers.sensor import load_sensor
-from afferents.outputs import has_mark, require_free
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.described import DATA_SET_FILE, Described
@@ -49,14 +48,14 @@ def _is_of_tables(folder: Path) -> bool:
 def _first_data_set(folder: Path, force: bool) -> FirstSession:
     """Write a first `dataset.toml` into a folder of tables."""
     target = folder / DATA_SET_FILE
-    _require_free(target, "a description of a data set", force)
+    require_free(target, _is_ours, force=force)
     lines, said = guess_data_set(folder, tables_in(folder))
     write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
     return FirstSession(target, [*said, *_outcome_of_tables(folder)])
 
 
-def _require_free(target: Path, what: str, force: bool) -> None:
-    require_free(target, what, lambda path: has_mark(path, MARK), force=force)
+def _is_ours(path: Path) -> bool:
+    return has_mark(path, MARK)
 
 
 def _head(what: str) -> list[str]:
@@ -171,7 +170,7 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
     if (folder / SESSION_FILE).exists():
         do = "it says already what a session file says"
         raise InputError(f"{folder}: expected a folder without {SESSION_FILE}, found one{then(do)}")
-    _require_free(target, "a session file", force)
+    require_free(target, _is_ours, force=force)
     found = _look(folder)
     lines, sentences = _written(found)
     write_text(target, "\n".join(lines) + "\n")

@@ -21,7 +21,7 @@ from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
 from afferents.extraction.extract import find_issues, responses_of, watched
-from afferents.files import Place
+from afferents.files import Place, is_our_picture, require_free
 from afferents.inspection.files import (
     MARKERS,
     PICTURED_S,
@@ -35,7 +35,6 @@ from afferents.inspection.files import (
 from afferents.inspection.init import grid_sentence, some_of
 from afferents.markers.sensor import Sensor, sensor_in, sensors_of
 from afferents.markers.track import rest_positions
-from afferents.outputs import require_free, require_pictures_free
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
@@ -194,9 +193,10 @@ def inspect(
     is_clip = (path.is_file() or is_image_folder(path)) and not Described.is_at(path)
     if drawn is not None and (is_heard or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
-    require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
+    for name in (MARKERS, RESPONSES, VIBRATION, STEADINESS):
+        require_free(out / name, is_our_picture)
     if drawn is not None:
-        require_free(drawn, "a video with its markers", is_overlay, force=force, reads=[path])
+        require_free(drawn, is_overlay, force=force, reads=[path])
     if is_heard and is_clip and fps_hz is not None:
         raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
     with Progress(quiet) as progress:

@@ -9,11 +9,10 @@ import torch
 from torch import nn
 
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.files import Place, write_aside
+from afferents.files import Place, require_free, write_aside
 from afferents.models.card import METADATA, Card, names_of
 from afferents.models.folder import Deployed, Stepping, load_model
 from afferents.models.networks import CnnLstm
-from afferents.outputs import require_free
 from afferents.plugins import import_extra
 
 AGREES = 1e-4
@@ -61,7 +60,7 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     """
     onnx = import_extra("train", "export", "onnx", "onnxscript")
     folder, out = Path(model), Path(out)
-    require_free(out, "an exported model", _is_exported, force=force, reads=[folder])
+    require_free(out, _is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
         expected = "a model whose classifier is a torch module, or one of this package"

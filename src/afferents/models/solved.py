@@ -3,6 +3,9 @@
 Scores of the textures are linear in the values, standardised; the targets are 1 for the texture
 that it is and 0 for the others (Hoerl & Kennard, Technometrics 1970, 12:55). Probabilities are the
 softmax of the scores over a temperature, which a speed not learnt from sets.
+
+Why not scikit-learn: its discriminant takes no sample weights, and none of its models subtracts the
+samples of one speed from sums made once. A search for the penalty took 1.8 to 15 times as long.
 """
 
 import operator

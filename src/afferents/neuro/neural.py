@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.files import Place, write_aside, write_json
+from afferents.files import (
+    Place,
+    holds_only,
+    is_our_picture,
+    require_free,
+    write_aside,
+    write_json,
+)
 from afferents.neuro.beside import Beside, beside, some_of_each
 from afferents.neuro.decoding import (
     WINDOW_S,
@@ -34,7 +41,6 @@ from afferents.neuro.speed import (
     rate_slopes,
     stretch_match,
 )
-from afferents.outputs import require_picture_folder
 from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
@@ -230,8 +236,8 @@ def neural(
     """
     store, out = Path(store), Path(out)
     # A user's tables may have such names, too: they are ours where our facts are.
-    ours = TABLES + _BESIDE if (out / FACTS).is_file() else ()
-    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in ours))
+    ours = [f"{name}.csv" for name in TABLES + _BESIDE if (out / FACTS).is_file()]
+    require_free(out, holds_only(FACTS, *ours, or_ours=is_our_picture))
     with Progress(quiet) as progress:
         fibres, name = _natural(natural, progress)
         spikes = spikes_of_store(store, units, seed, classes, progress=progress)

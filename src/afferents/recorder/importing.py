@@ -16,8 +16,15 @@ from numpy.typing import NDArray
 from afferents.devices.base import CameraSettings
 from afferents.documents import read_json
 from afferents.errors import InputError, reading
-from afferents.files import Place, checksum, write_aside, write_json
-from afferents.outputs import require_new_folder, writing_alone
+from afferents.files import (
+    Place,
+    checksum,
+    holds_only,
+    require_free,
+    write_aside,
+    write_json,
+)
+from afferents.outputs import writing_alone
 from afferents.recorder.bags import Bag, ImportedFiles, extract_files, is_bag
 from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
@@ -121,10 +128,7 @@ def _write(
     declared = _declare(files)
     earlier = _read_earlier(files, session, declared)
     target = session / f"{texture}/{speed_mm_s:g}"
-    if target.exists():
-        raise InputError(
-            f"{target}: expected a recording that is new, found one; choose another session"
-        )
+    require_free(target)
     log, checks = _check(files, declared, keep)
     with writing_alone(session, "import"):
         with write_aside(target) as partial:
@@ -314,7 +318,7 @@ def _read_earlier(
     """
     path = session / SESSION_FILE
     if not path.is_file():
-        require_new_folder(session, "a new session")
+        require_free(session, holds_only())
         return {}
     earlier = read_json(path, "a session file")
     require_same_rates(files.where, path, earlier, declared)

@@ -13,9 +13,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.files import write_aside
+from afferents.files import require_free, write_aside
 from afferents.forms import StrictForm
-from afferents.outputs import require_free
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
 
@@ -276,6 +275,6 @@ def write_example(path: Path) -> None:
     InputError
         If there is something of that name already.
     """
-    require_free(path, "a plan", lambda _: False)
+    require_free(path)
     with write_aside(path) as partial:
         partial.write_text(EXAMPLE, encoding="utf-8")

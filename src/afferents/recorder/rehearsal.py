@@ -3,18 +3,16 @@
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from afferents.devices.base import (
     Block,
     Camera,
     CameraSettings,
-    DeviceError,
     Drive,
     DriveLimits,
     DriveState,
@@ -24,6 +22,7 @@ from afferents.devices.base import (
     Options,
 )
 from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.documents import as_form
 from afferents.errors import InputError
 from afferents.recorder.devices import SIMULATED, Clock, Devices
 from afferents.recorder.plan import Entry, Plan
@@ -43,25 +42,6 @@ LONGEST_S = 120.0
 """Of a run: some 10 MB of JPEGs a second."""
 TAPS_S = (0.1, 0.5, 0.95)
 """The fingertip is tapped so long after the skin was at rest, where the plan says so."""
-
-
-class FaultOptions(Options):
-    """Base of the options of simulated devices: when they have their faults.
-
-    Attributes
-    ----------
-    run
-        The faults come in this run alone, such as ``3/40``; None for in all.
-    attempts
-        In so many attempts at each run; then the device is whole.
-    """
-
-    kind: Literal["simulated"] = "simulated"
-    run: str | None = None
-    attempts: int = Field(1, ge=0)
-
-
-Given = TypeVar("Given", bound=FaultOptions)
 
 
 class Film(NamedTuple):
@@ -94,6 +74,8 @@ class Bench:
 
     Attributes
     ----------
+    attempt
+        At the run whose drum is mounted, from 1; 0 in a trial.
     set_mm_s
         What the drive was asked for last; 0 when it was stopped.
     film
@@ -129,7 +111,7 @@ class Bench:
         self._lock = threading.Lock()
         self._entry: Entry | None = None
         self._zero_s = -np.inf
-        self._attempt = 0
+        self.attempt = 0
         self.set_mm_s = 0.0
 
     def mount(self, entry: Entry, attempt: int) -> None:
@@ -138,11 +120,11 @@ class Bench:
         Parameters
         ----------
         attempt
-            At this run, from 1; 0 for a trial, in which no device has faults.
+            At this run, from 1; 0 for a trial.
         """
         if entry != self._entry:
             self.film = film_of(self.rig, entry, self._plan)
-        self._entry, self._attempt, self._zero_s = entry, attempt, -np.inf
+        self._entry, self.attempt, self._zero_s = entry, attempt, -np.inf
 
     def roll(self) -> tuple[float, Film]:
         """Return when the film has begun, s, and the film; the first to ask starts it."""
@@ -151,22 +133,15 @@ class Bench:
                 self._zero_s = self.clock.now()
             return self._zero_s, self.film
 
-    def faults(self, options: Given) -> Given:
-        """Return a device's options, without faults where they are not for this attempt."""
-        name = self._entry.name if self._entry else ""
-        if options.run in (None, name) and 1 <= self._attempt <= options.attempts:
-            return options
-        return type(options)()
-
-    def drum(self) -> tuple[float, float, float, float]:
-        """Return the time, how long the film has rolled, s, and the drum's way and speed, mm."""
+    def drum(self) -> tuple[float, float, float]:
+        """Return the time, s, and the drum's way and speed, mm."""
         now_s = self.clock.now()
         rolled_s, film = now_s - self._zero_s, self.film
-        if self._attempt == 0 or rolled_s > film.time_s[-1]:
-            return now_s, 0.0, 0.0, self.set_mm_s
+        if self.attempt == 0 or rolled_s > film.time_s[-1]:
+            return now_s, 0.0, self.set_mm_s
         way = float(np.interp(rolled_s, film.time_s, film.way_mm))
         speed = float(np.interp(rolled_s, film.time_s, film.speed_mm_s))
-        return now_s, rolled_s, way, speed if self.set_mm_s else 0.0
+        return now_s, way, speed if self.set_mm_s else 0.0
 
 
 def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
@@ -221,44 +196,26 @@ def _spacing(texture: str) -> str:
         return f"{0.5 * (1 + sum(texture.encode()) % 12):g}"
 
 
-# Devices for a dry run: their camera sees the simulated rig's film, their microphone hears it.
-#
-# Faults can be asked for in the plan, to see what becomes of them.
-
-Numbers = tuple[Annotated[int, Field(ge=0)], ...]
 _BLOCK = 441
+
+
+class SimulatedOptions(Options):
+    """A plan may name a device `simulated`, for dry runs alone; there is nothing to set."""
+
+    kind: Literal["simulated"] = "simulated"
 
 
 class _OnBench:
     """What simulated devices have in common: a bench, and an end."""
 
-    def __init__(self, options: Any, bench: Bench) -> None:
+    def __init__(self, bench: Bench) -> None:
         """Stand on the bench."""
-        self.options, self._bench = options, bench
+        self._bench = bench
         self._ended = threading.Event()
-
-
-class SimulatedCameraOptions(FaultOptions):
-    """A camera and its faults.
-
-    Attributes
-    ----------
-    lost, damaged, repeated
-        Numbers of frames, from 0 at the start of a run.
-    unplugged_at
-        Number of the frame instead of which the camera is gone; None for never.
-    """
-
-    lost: Numbers = ()
-    damaged: Numbers = ()
-    repeated: Numbers = ()
-    unplugged_at: int | None = Field(None, ge=0)
 
 
 class SimulatedCamera(_OnBench, Camera):
     """Gives the rig's film as JPEGs, each at its time."""
-
-    Options = SimulatedCameraOptions
 
     def open(self) -> None:
         """Say how it is set."""
@@ -271,45 +228,15 @@ class SimulatedCamera(_OnBench, Camera):
         """Yield the film of the drum that is mounted."""
         self._ended.clear()
         zero_s, film = self._bench.roll()
-        faults = self._bench.faults(self.options)
-        shown = b""
-        for number, time_s in enumerate(film.time_s):
+        for number, (time_s, jpeg) in enumerate(zip(film.time_s, film.jpegs, strict=True)):
             if self._bench.clock.wait(zero_s + time_s - self._bench.clock.now(), self._ended):
                 return
-            if number == faults.unplugged_at:
-                raise DeviceError("camera simulated: it was unplugged")
-            if number in faults.lost:
-                continue
-            shown = shown if number in faults.repeated else film.jpegs[number]
-            damaged = number in faults.damaged
-            data = shown[: len(shown) // 2] if damaged else shown
-            yield Frame(number, zero_s + float(time_s), damaged, data)
+            yield Frame(number, zero_s + float(time_s), False, jpeg)
         self._ended.wait()
-
-
-class SimulatedMicrophoneOptions(FaultOptions):
-    """A microphone and its faults.
-
-    Attributes
-    ----------
-    gone_at_s, overflow_at_s
-        When it vanishes or loses samples, s from the start of a run; None for never.
-    silent
-        Whether it gives nothing but zeros.
-    offset_ms
-        How far its clock is ahead of the camera's, always.
-    """
-
-    gone_at_s: float | None = None
-    overflow_at_s: float | None = None
-    silent: bool = False
-    offset_ms: float = Field(0.0, ge=-100, le=100)
 
 
 class SimulatedMicrophone(_OnBench, Microphone):
     """Gives the rig's sound."""
-
-    Options = SimulatedMicrophoneOptions
 
     def open(self) -> None:
         """Say how it is set."""
@@ -319,43 +246,17 @@ class SimulatedMicrophone(_OnBench, Microphone):
         """Yield the sound of the drum that is mounted."""
         self._ended.clear()
         zero_s, film = self._bench.roll()
-        faults = self._bench.faults(self.options)
-        lost = -1 if faults.overflow_at_s is None else int(faults.overflow_at_s * 100)
-        for number, first in enumerate(range(0, len(film.sound), _BLOCK)):
-            time_s = first / SAMPLE_RATE_HZ
-            ends_s = zero_s + time_s + _BLOCK / SAMPLE_RATE_HZ
-            if self._bench.clock.wait(ends_s - self._bench.clock.now(), self._ended):
+        for first in range(0, len(film.sound), _BLOCK):
+            start_s = zero_s + first / SAMPLE_RATE_HZ
+            wait_s = start_s + _BLOCK / SAMPLE_RATE_HZ - self._bench.clock.now()
+            if self._bench.clock.wait(wait_s, self._ended):
                 return
-            if faults.gone_at_s is not None and time_s >= faults.gone_at_s:
-                raise DeviceError("microphone simulated: it was unplugged")
-            if number == lost:
-                continue
-            samples = film.sound[first : first + _BLOCK]
-            quiet = np.zeros_like(samples) if faults.silent else samples
-            ahead_s = self.options.offset_ms / 1000
-            yield Block(zero_s + time_s + ahead_s, quiet, number == lost + 1 > 0)
+            yield Block(start_s, film.sound[first : first + _BLOCK], False)
         self._ended.wait()
-
-
-class SimulatedDriveOptions(FaultOptions):
-    """A drive and its faults.
-
-    Attributes
-    ----------
-    off
-        By how much its speed differs from what is asked for, as a share.
-    fault_at_s
-        When it reports a fault, s from the start of a run; None for never.
-    """
-
-    off: float = 0.0
-    fault_at_s: float | None = None
 
 
 class SimulatedDrive(_OnBench, Drive):
     """Turns the rig's drum."""
-
-    Options = SimulatedDriveOptions
 
     def open(self) -> None:
         """Say what it can do."""
@@ -371,12 +272,7 @@ class SimulatedDrive(_OnBench, Drive):
 
     def query(self) -> DriveState:
         """Return where the drum of the film is."""
-        now_s, rolled_s, position, speed = self._bench.drum()
-        faults = self._bench.faults(self.options)
-        faulty = faults.fault_at_s is not None and rolled_s >= faults.fault_at_s
-        return DriveState(
-            now_s, position, speed * (1 + faults.off), "over current" if faulty else None
-        )
+        return DriveState(*self._bench.drum(), None)
 
     def stop(self) -> None:
         """Let the drum stand."""
@@ -384,20 +280,17 @@ class SimulatedDrive(_OnBench, Drive):
 
 
 def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
-    """Return devices of a dry run in place of those that a plan names.
-
-    Tables of the kind ``simulated`` keep their options, with the faults that they ask for; the
-    others are checked, and replaced.
-    """
+    """Return devices of a dry run; those that a plan names are checked, and stay untouched."""
 
     def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
         table, where = getattr(plan, name), f"{path}, [{name}]"
         if table is None:
             return None
-        if table.get("kind") != SIMULATED:
+        if table.get("kind") == SIMULATED:
+            as_form(table, SimulatedOptions, where, "options of simulated")
+        else:
             device_of(kinds, table, where)
-            table = {"kind": SIMULATED}
-        return device_of({SIMULATED: simulated}, table, where, bench)
+        return simulated(bench)
 
     return Devices(
         stand_in(CAMERAS, "camera", SimulatedCamera),

@@ -12,9 +12,17 @@ from typing import Any
 
 from afferents.documents import read_json
 from afferents.errors import InputError
-from afferents.files import Place, checksum, naming, remove, require_same_config, write_json
+from afferents.files import (
+    Place,
+    checksum,
+    holds_only,
+    naming,
+    remove,
+    require_free,
+    require_same_config,
+    write_json,
+)
 from afferents.markers.sensor import packaged_sensors
-from afferents.outputs import require_new_folder
 from afferents.recorder.devices import Devices
 from afferents.recorder.files import repair
 from afferents.recorder.gate import Check, Counts
@@ -66,7 +74,7 @@ class RecordedSession:
             self._content = read_json(self._file, "a session file")
             self._require_same()
         else:
-            require_new_folder(root, "a new session")
+            require_free(root, holds_only())
 
     def _require_same(self) -> None:
         before: dict[str, Any] = {_PLAN: self._content.get(_PLAN)}

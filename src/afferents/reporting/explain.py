@@ -30,12 +30,11 @@ from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.train import felt_with
-from afferents.files import Place, write_json
+from afferents.files import Place, holds_only, is_our_picture, require_free, write_json
 from afferents.folds.held_out import Group, Split, order
 from afferents.markers.places import images_of
 from afferents.models.card import Card
 from afferents.models.folder import Deployed, load_model
-from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.labels import texture_labels
@@ -369,7 +368,7 @@ def explain(
     out = Path(out)
     with Progress(quiet) as progress:
         (opened,) = open_data([data], progress=progress)
-        require_picture_folder(out, FACTS)
+        require_free(out, holds_only(FACTS, or_ours=is_our_picture))
         card, deployed = load_model(Path(model))
         asked = _asked(card, opened, cut, progress)
         with progress.task("taking parts away", 1) as mark:

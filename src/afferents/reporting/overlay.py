@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.files import write_aside
-from afferents.outputs import MARK
+from afferents.files import MARK, write_aside
 from afferents.store.recording import Frame, GreyImage
 
 ENLARGED = 2

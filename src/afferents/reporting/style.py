@@ -22,8 +22,7 @@ from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
-from afferents.files import write_aside
-from afferents.outputs import MARK
+from afferents.files import MARK, write_aside
 from afferents.progress import printable
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (

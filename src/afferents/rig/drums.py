@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.files import write_aside
-from afferents.outputs import MARK, has_mark, require_free
+from afferents.files import MARK, has_mark, require_free, write_aside
 from afferents.rig.surface import Drum, Surface, bumped_surface, read_height_map
 from afferents.store.recording import LETTERS, folder_of
 
@@ -28,7 +27,7 @@ _HEADER = f"{MARK}: a textured drum, binary STL in mm, axis along z".encode()
 
 def is_drum(path: Path) -> bool:
     """Tell whether a file is a drum that `write_stl` wrote."""
-    return path.is_file() and has_mark(path, _HEADER.decode())
+    return has_mark(path, _HEADER.decode())
 
 
 def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: int = 1) -> None:
@@ -174,7 +173,7 @@ def write_drum(texture: str, path: Path, bore_mm: float, force: bool = False) ->
     InputError
         If there is no such drum, the bore leaves no wall, or `path` is not free.
     """
-    require_free(path, "a drum", is_drum, force=force)
+    require_free(path, is_drum, force=force)
     drum = Drum(print_sd_mm=0, patch_sd_mm=0)
     if "=" in texture:
         write_stl(path, height_map(texture, drum)[1], drum, bore_mm, every=2)

@@ -16,13 +16,15 @@ from afferents.files import (
     PARTIAL_PREFIX,
     Place,
     checksum,
+    holds_only,
     remove_partials,
+    require_free,
     require_same_config,
     write_aside,
     write_json,
 )
 from afferents.markers.sensor import sensor_in
-from afferents.outputs import require_new_folder, writing_alone
+from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
@@ -63,8 +65,6 @@ def simulate_session(
         recordings finished before stay.
     """
     _check(simulation)
-    if not (simulation.session / SESSION_FILE).is_file():
-        require_new_folder(simulation.session, "a new session")
     with writing_alone(simulation.session, "simulate"):
         _claim(simulation)
         remove_partials(simulation.session)
@@ -143,7 +143,7 @@ def _claim(simulation: Simulation) -> None:
                 config.pop(name, None)
         require_same_config(simulation.session, "a session", earlier, now)
         return
-    require_new_folder(simulation.session, "a new session")
+    require_free(simulation.session, holds_only())
     write_json(path, simulation.config())
 
 

@@ -19,8 +19,7 @@ from pydantic import BaseModel
 from afferents import dims
 from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import remove, require_same_config, write_aside
-from afferents.outputs import require_new_folder
+from afferents.files import holds_only, remove, require_free, require_same_config, write_aside
 from afferents.quality.image import ImageQuality
 from afferents.store.integrity import (
     ROOT,
@@ -71,20 +70,9 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return
-    require_no_store(store)
+    else:
+        require_free(store, holds_only())
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
-
-
-def require_no_store(store: Path) -> None:
-    """Refuse anything but a new or empty folder, or a store.
-
-    Raises
-    ------
-    InputError
-        If something else stands there.
-    """
-    if not is_group(store):
-        require_new_folder(store, "a new store")
 
 
 def create_parents(store: Path, names: Iterable[str]) -> None:

@@ -32,6 +32,7 @@ from afferents.store.drum_path import MARK, Drum, logged_path, path_in
 from afferents.store.responses import steady_s
 
 from ...limits import files_no_larger_than
+from .faulty import faulty_devices
 
 pytestmark = pytest.mark.system  # devices keep real time
 
@@ -44,13 +45,10 @@ drum_mm = 80
 drum_zero = "mark"
 [camera]
 kind = "simulated"
-{camera}
 [microphone]
 kind = "simulated"
-{microphone}
 [drive]
 kind = "simulated"
-{drive}
 """
 RUN = "4/60"
 LOST, DAMAGED = [40, 41, 100], [70]
@@ -60,7 +58,7 @@ LOST, DAMAGED = [40, 41, 100], [70]
 def bench(tmp_path_factory):
     """One film for all tests of this file: it takes a second to simulate."""
     path = tmp_path_factory.mktemp("plan") / "PLAN.toml"
-    path.write_text(PLAN.format(redo=0, camera="", microphone="", drive=""))
+    path.write_text(PLAN.format(redo=0))
     return Bench(Rig(), read_plan(path), speed=4)
 
 
@@ -68,11 +66,10 @@ def bench(tmp_path_factory):
 def begin(bench, tmp_path_factory):
     """Return a recording of the same run with faults of its own."""
 
-    def begin(redo=1, camera="", microphone="", drive=""):
+    def begin(redo=1, **faults):
         path = tmp_path_factory.mktemp("plan") / "PLAN.toml"
-        path.write_text(PLAN.format(redo=redo, camera=camera, microphone=microphone, drive=drive))
-        plan = read_plan(path)
-        devices = simulate_devices(plan, path, bench)
+        path.write_text(PLAN.format(redo=redo))
+        plan, devices = read_plan(path), faulty_devices(bench, **faults)
         return Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
 
     return begin
@@ -87,7 +84,7 @@ def made(recorder, session, again=()):
 def faulty(begin, tmp_path_factory):
     """A session whose first attempt lost frames, and what came of it."""
     session = tmp_path_factory.mktemp("session") / "S"
-    return session, made(begin(camera=f"lost = {LOST}\ndamaged = {DAMAGED}"), session)
+    return session, made(begin(lost=LOST, damaged=DAMAGED), session)
 
 
 def origin_s(log):
@@ -130,7 +127,7 @@ def test_what_the_microphone_or_the_session_cannot_be_is_refused(
 
 def test_a_dry_run_is_not_too_long_and_needs_to_be_asked_for(fails, tmp_path):
     plan = tmp_path / "PLAN.toml"
-    plan.write_text(PLAN.format(redo=0, camera="", microphone="", drive=""))
+    plan.write_text(PLAN.format(redo=0))
     assert "give --dry-run" in fails("record", plan, tmp_path / "S")
     plan.write_text(plan.read_text().replace("seconds = 0.5", "seconds = 500.0"))
     assert "at most 120 s in a dry run" in fails("record", plan, tmp_path / "S", "--dry-run")
@@ -256,7 +253,7 @@ def test_an_unplugged_device_is_waited_for(begin, tmp_path, monkeypatch):
 
     monkeypatch.setattr(SimulatedCamera, "open", open_late)
     monkeypatch.setattr("afferents.recorder.devices.AGAIN_S", 0.0)
-    recorder = begin(redo=1, camera="unplugged_at = 90")
+    recorder = begin(redo=1, unplugged_at=90)
     assert made(recorder, tmp_path / "S").recorded == [RUN]
     assert all(one.startswith(f"{RUN}: waiting for the devices: ") for one in said)
     notes = [note for note in recorder.watch.state()["notes"] if "no camera" in note]
@@ -279,13 +276,13 @@ def test_a_camera_that_comes_back_otherwise_is_said_or_refused(begin, tmp_path, 
         settings["controls"] = {"exposure_ms": 33.0}
 
     monkeypatch.setattr(SimulatedCamera, "open", open_otherwise)
-    recorder = begin(redo=1, camera="unplugged_at = 90")
+    recorder = begin(redo=1, unplugged_at=90)
     assert made(recorder, tmp_path / "S").recorded == [RUN]
     notes = recorder.watch.state()["notes"]
     assert "the camera came back with exposure_ms 33; [camera] may set these" in notes
     about = json.loads((tmp_path / "S" / RUN / "run.json").read_text())
     assert about["camera"]["controls"] == {"exposure_ms": 33.0}
-    recorder = begin(redo=1, camera="unplugged_at = 90")
+    recorder = begin(redo=1, unplugged_at=90)
     settings["fps_hz"] = 90.0
 
     def half_as_fast(camera):
@@ -299,7 +296,7 @@ def test_a_camera_that_comes_back_otherwise_is_said_or_refused(begin, tmp_path, 
 
 def test_who_wants_the_last_run_once_more_is_asked_for_its_drum_again(bench, tmp_path):
     path = tmp_path / "PLAN.toml"
-    text = PLAN.format(redo=0, camera="", microphone="", drive="")
+    text = PLAN.format(redo=0)
     path.write_text(text.replace('["4"]', '["4", "2"]').replace('"mark"', '"start"'))
     plan, asked = read_plan(path), []
     first, second = (entry.texture for entry in plan.entries())
@@ -357,7 +354,7 @@ def test_once_more_opens_no_device_anew_and_is_not_lost_at_the_end(begin, tmp_pa
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
     before = (tmp_path / "S" / RUN / "frames.csv").read_bytes()
-    recorder = begin(redo=0, camera="lost = [40, 41, 42]")
+    recorder = begin(redo=0, lost=[40, 41, 42])
     refused = made(recorder, tmp_path / "S", again=[RUN])
     assert (refused.recorded, [*refused.kept_aside]) == ([], [RUN])
     assert refused.kept_aside[RUN].endswith("; the earlier one stays")
@@ -375,19 +372,19 @@ def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, 
 
 
 @pytest.mark.parametrize(
-    ("device", "fault", "said"),
+    ("fault", "said"),
     [
-        ("camera", "unplugged_at = 90", "it was unplugged"),
-        ("camera", "repeated = [60, 61, 62]", "3 repeated"),
-        ("microphone", "gone_at_s = 0.8", "it was unplugged"),
-        ("microphone", "silent = true", "peak 0.0%"),
-        ("microphone", "overflow_at_s = 0.8", "1 overflows"),
-        ("drive", "off = 0.1", "speed"),
-        ("drive", "fault_at_s = 1.2", "over current"),
+        ({"unplugged_at": 90}, "it was unplugged"),
+        ({"repeated": [60, 61, 62]}, "3 repeated"),
+        ({"gone_at_s": 0.8}, "it was unplugged"),
+        ({"silent": True}, "peak 0.0%"),
+        ({"overflow_at_s": 0.8}, "1 overflows"),
+        ({"off": 0.1}, "speed"),
+        ({"fault_at_s": 1.2}, "over current"),
     ],
 )
-def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, device, fault, said):
-    outcome = made(begin(redo=0, **{device: fault}), tmp_path / "S")
+def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, fault, said):
+    outcome = made(begin(redo=0, **fault), tmp_path / "S")
     assert said in outcome.kept_aside[RUN]
     assert outcome.remaining == [RUN]
     assert bench.set_mm_s == 0  # the drum stands still

@@ -11,10 +11,9 @@ from uuid import uuid4
 
 from afferents import dims
 from afferents.errors import InputError, reading
-from afferents.files import Place, write_aside
+from afferents.files import Place, require_free, write_aside
 from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
 from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_out
-from afferents.outputs import require_free
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.session import read_session, recordings_of
@@ -96,7 +95,7 @@ def export_nwb(
     if out.suffix != ".nwb":
         raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [store] if session is None else [store, Path(session)]
-    require_free(out, "an NWB file", _is_exported, force=force, reads=reads)
+    require_free(out, _is_exported, force=force, reads=reads)
     began = _time(start_time)
     recordings = open_whole(store)
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
