@@ -85,7 +85,7 @@ def named(where: str) -> Any:
     _forget_another(path.resolve(), where)
     found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
     _of_files.add(path.stem)
-    pickler = import_module("joblib.externals.cloudpickle")
+    pickler = import_module("cloudpickle")  # which joblib pickles with
     pickler.register_pickle_by_value(sys.modules[path.stem])
     return found
 
