@@ -200,8 +200,10 @@ def _outcomes(
     """Extract here or on a cluster; yield each recording's name, and what is wrong with it."""
     if extraction.cluster is not None:
         order = None if reference is None else reference.tolist()
-        sent = json.dumps({"extraction": extraction.model_dump(mode="json"), "reference": order})
-        far = ((sent, r.name, list(map(str, r.files))) for r in session.recordings)
+        files = [str(path) for recording in session.recordings for path in recording.files]
+        given = extraction.model_dump(mode="json")
+        sent = json.dumps({"extraction": given, "reference": order, "files": files})
+        far = ((sent, recording.name) for recording in session.recordings)
         packages = SAME + OF_RECORDINGS
         return on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
     light = {"session": session.root}  # what goes to each process
@@ -257,7 +259,7 @@ def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
     return recording.name, None
 
 
-def _try_far(sent: str, name: str, files: Sequence[str]) -> tuple[str, str | None]:
+def _try_far(sent: str, name: str) -> tuple[str, str | None]:
     """Do the same on a worker, which is told by JSON and reads the session itself.
 
     Raises
@@ -265,12 +267,6 @@ def _try_far(sent: str, name: str, files: Sequence[str]) -> tuple[str, str | Non
     InputError
         If the worker doesn't see the recording, which is no fault of the recording's.
     """
-    for path in files:
-        if not Path(path).exists():
-            raise InputError(
-                f"worker on {socket.gethostname()}: expected {path} as it is where the command "
-                "runs, found none; let all workers see the same files at the same paths"
-            )
     extraction, reference, session, sensors = _received(sent)
     recording = next(r for r in session.recordings if r.name == name)
     return _try_one(
@@ -287,6 +283,12 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     """Return what a worker extracts, once for all recordings of a session."""
     found = json.loads(sent)
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
+    for path in found["files"]:
+        if not Path(path).exists():
+            raise InputError(
+                f"worker on {socket.gethostname()}: expected {path} as it is where the command "
+                "runs, found none; let all workers see the same files at the same paths"
+            )
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
     sensors = sensors_of(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors
