@@ -141,6 +141,7 @@ def _make(kept: Path, quiet: bool) -> None:
         wanted = simulation_of(session, "quick", [SPACING_MM], [SPEED_MM_S], SECONDS)
         simulate_session(wanted, 1, progress)
         extract_session(
-            Extraction(session, store, load_sensor("tip_b"), "windowed", workers=1), progress
+            Extraction(session=session, out=store, sensor=load_sensor("tip_b"), workers=1),
+            progress,
         )
         write_json(partial / _ABOUT, _about(partial))

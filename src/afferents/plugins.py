@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import import_module, invalidate_caches
 from pathlib import Path
 from types import ModuleType
@@ -68,7 +68,7 @@ _of_files: set[str] = set()
 def named(where: str) -> Any:
     """Return the object that a user names by ``package.module:NAME`` or ``file.py:NAME``.
 
-    What is in a file is sent to other processes whole, so that they need not have the file.
+    What is in a file is sent to joblib's processes whole: they don't import it.
 
     Raises
     ------
@@ -85,7 +85,8 @@ def named(where: str) -> Any:
     _forget_another(path.resolve(), where)
     found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
     _of_files.add(path.stem)
-    _send_whole(sys.modules[path.stem])
+    pickler = import_module("cloudpickle")  # which joblib pickles with
+    pickler.register_pickle_by_value(sys.modules[path.stem])
     return found
 
 
@@ -140,13 +141,6 @@ def _forget_another(file: Path, where: str) -> None:
         )
     del sys.modules[file.stem]
     invalidate_caches()
-
-
-def _send_whole(module: ModuleType) -> None:
-    """Let what is in a module be sent to workers by value; joblib and Dask have a pickler each."""
-    for pickler in ("joblib.externals.cloudpickle", "cloudpickle"):
-        with suppress(ImportError):
-            import_module(pickler).register_pickle_by_value(module)
 
 
 def reference_of(own: Any, what: str = "classifier") -> str:

@@ -1,9 +1,10 @@
 """One training of an evaluation: on one fold, for one model, protocol and seed."""
 
-import pickle
+import json
+import socket
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, encode_all, sources_of
+from afferents.evaluation.evaluate import open_evaluation
 from afferents.evaluation.fold_files import (
     FoldKey,
     claim_results_folder,
@@ -26,6 +28,7 @@ from afferents.evaluation.fold_files import (
     save_fold,
 )
 from afferents.evaluation.job_status import at_work
+from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Recipe
 from afferents.folds.corruption import fold_of_variants, in_variants
 from afferents.folds.protocol import PROTOCOLS
@@ -69,18 +72,38 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
     return key
 
 
-def run_far_job(packed: bytes, key: FoldKey) -> FoldKey:
-    """Do the same on another machine, which reads the data itself."""
-    recipe = _unpacked(packed)
+def run_far_job(recipe_json: str, key_json: str) -> str:
+    """Do the same on another machine, which reads the data itself; all in JSON."""
+    recipe, key = recipe_from(recipe_json), FoldKey.model_validate_json(key_json)
     with _naming(key):
         samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
-    return run_job(recipe, key, samples)
+    run_job(recipe, key, samples)
+    return key_json
 
 
 @lru_cache(maxsize=1)
-def _unpacked(packed: bytes) -> Recipe:
-    """Return one recipe for all jobs that it is sent with: what is read by it is read once."""
-    recipe: Recipe = pickle.loads(packed)
+def recipe_from(sent: str) -> Recipe:
+    """Return what `Recipe.to_json` wrote, once for all jobs that it is sent with.
+
+    Raises
+    ------
+    InputError
+        If the data or a model's file are not those that the evaluation began with.
+    """
+    found = json.loads(sent)
+    try:
+        with chdir(found["folder"]):  # from which names of files count
+            options = EvaluationOptions(**found["options"])
+            quiet = Progress(quiet=True)
+            made = open_evaluation(found["data"], found["out"], options, quiet).recipe
+    except FileNotFoundError as error:
+        raise InputError(
+            f"worker on {socket.gethostname()}: expected the folder {found['folder']}, where the "
+            "command runs, found none; let all workers see the same files at the same paths"
+        ) from error
+    recipe = replace(made, skipped=found["skipped"], tested=frozenset(found["tested"]))
+    if digest_of(recipe.config) != found["digest"]:
+        raise changed_data(", ".join(found["data"]))
     return recipe
 
 
@@ -204,8 +227,13 @@ def opened_again(recipe: Recipe) -> list[OpenedData]:
     data = open_data(sources, recipe.options.without, keep_going=True)
     for found, expected in zip(data, recipe.data, strict=True):
         if found.origin.fingerprint != expected.fingerprint:
-            raise InputError(
-                f"{expected.source}: expected the data that the evaluation began with, found "
-                "changed data; bring them back, or evaluate them into another folder"
-            )
+            raise changed_data(expected.source)
     return data
+
+
+def changed_data(source: str) -> InputError:
+    """Return the error that says that data were changed under an evaluation."""
+    return InputError(
+        f"{source}: expected the data that the evaluation began with, found changed data; bring "
+        "them back, or evaluate them into another folder"
+    )

@@ -5,6 +5,7 @@ tables and figures hold it like any other.
 """
 
 import inspect
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, Origin, recordings_in
 from afferents.evaluation.encode import require_for, sources_of
-from afferents.evaluation.fold_files import FOLD, FOLDS
+from afferents.evaluation.fold_files import FOLD, FOLDS, digest_of
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS, OWN_MODELS
 from afferents.evaluation.schemas import SCHEMA
@@ -27,8 +28,7 @@ from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
-from afferents.models.model import Model, own_of
-from afferents.plugins import import_extra
+from afferents.models.model import Model, listed, own_of
 from afferents.store.responses import Responses, named_by_spacing
 from afferents.store.trimming import with_steady
 from afferents.version import __version__
@@ -268,13 +268,30 @@ class Recipe:
         used = self.options.ablation.recordings(recordings_in(data))
         return controlled(with_steady(used, self.options.steady), self.options.control, self.split)
 
-    def packed(self) -> bytes:
-        """Return it for a worker, with the code of what only this process knows.
+    def to_json(self) -> str:
+        """Return what a worker makes it from again, which reads the same files (`recipe_from`).
 
-        Dask's own pickler names classes and functions, and a worker that can't import one is lost.
+        Raises
+        ------
+        InputError
+            If a model is an object of this process, which no other one can find.
         """
-        cloudpickle = import_extra("cluster", "--cluster", "cloudpickle")
-        return bytes(cloudpickle.dumps(self))
+        if objects := [m.name for m in listed(self.options.models) if isinstance(m, Model)]:
+            raise InputError(
+                f"--cluster: expected models by name, or as FILE.py:NAME, which workers can read, "
+                f"found the object {objects[0]}; give the file that it is made in"
+            )
+        return json.dumps(
+            {
+                "folder": str(Path.cwd()),
+                "data": [origin.source for origin in self.data],
+                "out": str(self.out),
+                "options": self.options.given(),
+                "skipped": dict(self.skipped),
+                "tested": sorted(self.tested),
+                "digest": digest_of(self.config),
+            }
+        )
 
     def model(self, name: str) -> Model:
         """Return the model of that name."""

@@ -278,9 +278,10 @@ def run_jobs(
     # A folder that any process finds, wherever it was started.
     recipe = replace(evaluation.recipe, out=evaluation.recipe.out.resolve())
     if evaluation.options.cluster is not None:
-        sent = recipe.packed()
-        far = [(sent, key) for key in keys]
-        yield from on_cluster(run_far_job, far, evaluation.options.cluster, recipe.out)
+        sent = recipe.to_json()
+        far = [(sent, key.model_dump_json(by_alias=True)) for key in keys]
+        done = on_cluster(run_far_job, far, evaluation.options.cluster, recipe.out)
+        yield from map(FoldKey.model_validate_json, done)
         return
     sources, workers = sources_of(model, recipe.encodings), evaluation.options.workers
     samples = encoded(recipe, sources, recordings, progress, workers)

@@ -1,13 +1,16 @@
 """From a session to a store of responses, a recording after the other."""
 
+import json
 import socket
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import xarray as xr
 
 from afferents import dims
@@ -193,21 +196,26 @@ def _outcomes(
     progress: Progress,
 ) -> Generator[tuple[str, str | None], None, None]:
     """Extract here or on a cluster; yield each recording's name, and what is wrong with it."""
-    light = replace(extraction, session=session.root)  # what goes to each process
+    if extraction.cluster is not None:
+        order = None if reference is None else reference.tolist()
+        files = [str(path) for recording in session.recordings for path in recording.files]
+        given = extraction.model_dump(mode="json")
+        sent = json.dumps({"extraction": given, "reference": order, "files": files})
+        far = ((sent, recording.name) for recording in session.recordings)
+        packages = SAME + OF_RECORDINGS
+        return on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
+    light = {"session": session.root}  # what goes to each process
     jobs = (
         (
             recording,
             session.declared.of(recording.name),
             declared[recording.name],
             reference,
-            replace(light, sensor=sensors.of(recording)),
+            extraction.model_copy(update={**light, "sensor": sensors.of(recording)}),
         )
         for recording in session.recordings
     )
-    if extraction.cluster is None:
-        return side_by_side(_try_one, jobs, extraction.workers, progress.note)
-    packages = SAME + OF_RECORDINGS
-    return on_cluster(_try_far, jobs, extraction.cluster, extraction.out, packages)
+    return side_by_side(_try_one, jobs, extraction.workers, progress.note)
 
 
 def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
@@ -249,21 +257,39 @@ def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
     return recording.name, None
 
 
-def _try_far(recording: Recording, *others: Any) -> tuple[str, str | None]:
-    """Do the same on a worker.
+def _try_far(sent: str, name: str) -> tuple[str, str | None]:
+    """Do the same on a worker, which is told by JSON and reads the session itself.
 
     Raises
     ------
     InputError
         If the worker doesn't see the recording, which is no fault of the recording's.
     """
-    for path in recording.files:
-        if not path.exists():
+    extraction, reference, session, sensors = _received(sent)
+    recording = next(r for r in session.recordings if r.name == name)
+    return _try_one(
+        recording,
+        session.declared.of(name),
+        declared_of(recording, session, sensors),
+        reference,
+        extraction.model_copy(update={"sensor": sensors.of(recording)}),
+    )
+
+
+@lru_cache(maxsize=1)
+def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors]:
+    """Return what a worker extracts, once for all recordings of a session."""
+    found = json.loads(sent)
+    extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
+    for path in found["files"]:
+        if not Path(path).exists():
             raise InputError(
                 f"worker on {socket.gethostname()}: expected {path} as it is where the command "
                 "runs, found none; let all workers see the same files at the same paths"
             )
-    return _try_one(recording, *others)
+    session = read_session(found["extraction"]["session"], extraction.fps_hz)
+    sensors = sensors_of(session, extraction.sensor)
+    return extraction, None if order is None else np.array(order), session, sensors
 
 
 def _extract_one(
@@ -402,9 +428,10 @@ def extract(
     ('time', 'marker')
     """
     wanted = Extraction(
-        Path(session) if isinstance(session, str | Path) else session, Path(out),
-        None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
-        cluster=cluster, accept=parse_kinds(list(accept)), fps_hz=fps_hz,
+        session=Path(session) if isinstance(session, str | Path) else session, out=Path(out),
+        sensor=None if sensor is None else sensor_in(sensor), method=method,
+        keep_going=keep_going, workers=workers, rest=rest, cluster=cluster,
+        accept=parse_kinds(list(accept)), fps_hz=fps_hz,
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)

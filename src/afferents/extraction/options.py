@@ -1,11 +1,13 @@
 """What `extract` is asked for, and what of a recording's declaration its responses rest on."""
 
 import json
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, InstanceOf
+
 from afferents.choices import Method, Rest
+from afferents.errors import InputError
 from afferents.files import checksum
 from afferents.markers.sensor import Sensor, Sensors
 from afferents.quality.issues import Kind
@@ -14,8 +16,7 @@ from afferents.store.recording import Recording
 from afferents.version import __version__
 
 
-@dataclass(frozen=True)
-class Extraction:
+class Extraction(BaseModel):
     """What is extracted and how.
 
     Attributes
@@ -33,10 +34,12 @@ class Extraction:
         session file say.
     """
 
-    session: Path | Session
+    model_config = ConfigDict(frozen=True)
+
+    session: Path | InstanceOf[Session]
     out: Path
-    sensor: Sensor | None
-    method: Method
+    sensor: Sensor | None = None
+    method: Method = "windowed"
     keep_going: bool = False
     workers: int | None = None
     vibration: bool = True
@@ -46,10 +49,22 @@ class Extraction:
     fps_hz: float | None = None
 
     def as_found_anywhere(self) -> "Extraction":
-        """Return it with paths that a cluster's workers find, wherever they were started."""
+        """Return it with paths that a cluster's workers find, wherever they were started.
+
+        Raises
+        ------
+        InputError
+            If a cluster's workers can't read the session.
+        """
         if self.cluster is None:
             return self
-        return replace(self, session=self.session.resolve(), out=self.out.resolve())
+        if not isinstance(self.session, Path):
+            raise InputError(
+                "--cluster: expected a session folder, which workers read, found a session made in "
+                "Python; write a session.toml that names its files"
+            )
+        found = {"session": self.session.resolve(), "out": self.out.resolve()}
+        return self.model_copy(update=found)
 
     def config(self, session: Session, sensors: Sensors) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.

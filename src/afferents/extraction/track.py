@@ -59,8 +59,8 @@ def track_into(
     """
     if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(
-            source, out, sensor, method, workers=workers, vibration=False, cluster=cluster,
-            fps_hz=fps_hz,
+            session=source, out=out, sensor=sensor, method=method, workers=workers,
+            vibration=False, cluster=cluster, fps_hz=fps_hz,
         )  # fmt: skip
         extract_session(extraction, progress)
         return []

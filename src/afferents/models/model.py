@@ -200,17 +200,18 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
                 f"found '{name}'{do}"
             )
     own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
-    own += [one for one in _listed(wanted) if isinstance(one, Model)]
+    own += [one for one in listed(wanted) if isinstance(one, Model)]
     return [model for name, model in MODELS.items() if name in chosen] + own
 
 
 def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
     """Return the names among the models asked for, ``all`` and ``best`` with them."""
-    texts = [one for one in _listed(wanted) if isinstance(one, str)]
+    texts = [one for one in listed(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]
 
 
-def _listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
+def listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
+    """Return what names models, texts and objects, as a list."""
     listed = (
         list(wanted) if isinstance(wanted, Iterable) and not isinstance(wanted, str) else [wanted]
     )

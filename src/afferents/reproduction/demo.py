@@ -49,6 +49,6 @@ def _simulated_store(folder: Path, progress: Progress) -> Path:
     progress.note("following the markers in its videos")
     store = folder / "session.zarr"
     extract_session(
-        Extraction(folder / "session", store, load_sensor("tip_b"), "windowed"), progress
+        Extraction(session=folder / "session", out=store, sensor=load_sensor("tip_b")), progress
     )
     return store

@@ -5,7 +5,7 @@ along the bore. All rings have as many points, and each is joined to the next.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -112,7 +112,7 @@ _COARSEST = 4
 """The surface's samples lie 0.05 mm apart; no drum is printed finer than every fourth needs."""
 
 
-def texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
+def texture_name(texture: str, maps: Collection[str]) -> str:
     """Return the name of a texture's folder: its bump spacing in mm, or its map's name.
 
     Raises

@@ -1,26 +1,21 @@
 """A whole session of the simulated rig, in the published layout."""
 
 import math
-import pickle
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
-from uuid import uuid4
 
 from afferents.choices import Nodules, Remount, Size
 from afferents.documents import read_json
 from afferents.errors import InputError
 from afferents.files import (
-    PARTIAL_PREFIX,
     Place,
     checksum,
     holds_only,
     remove_partials,
     require_free,
     require_same_config,
-    write_aside,
     write_json,
 )
 from afferents.markers.sensor import sensor_in
@@ -29,6 +24,7 @@ from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
+from afferents.rig.drums import height_map
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
@@ -87,25 +83,15 @@ def simulate_session(
 def _record_there(
     simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str
 ) -> Iterator[str]:
-    """Record runs on a cluster; yield the names of those that are done.
-
-    Maps of heights are large: workers read the whole simulation, once each, in its own folder.
-    """
+    """Record runs on a cluster, told what by JSON; yield the names of those that are done."""
     session = simulation.session.resolve()
-    told = session / f"{PARTIAL_PREFIX}simulation-{uuid4().hex}"
-    with write_aside(told) as partial:
-        partial.write_bytes(pickle.dumps(replace(simulation, session=session)))
-    jobs = ((told, *run) for run in missing)
-    try:
-        yield from on_cluster(_record_one, jobs, cluster, session, SAME + OF_RECORDINGS)
-    finally:
-        told.unlink(missing_ok=True)
+    sent = simulation.model_copy(update={"session": session}).model_dump_json()
+    jobs = ((sent, *run) for run in missing)
+    yield from on_cluster(_record_far, jobs, cluster, session, SAME + OF_RECORDINGS)
 
 
-@lru_cache(maxsize=1)
-def _told(path: Path) -> Simulation:
-    simulation: Simulation = pickle.loads(path.read_bytes())
-    return simulation
+def _record_far(simulation_json: str, texture: str, speed_mm_s: float) -> str:
+    return _record_one(Simulation.model_validate_json(simulation_json), texture, speed_mm_s)
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
@@ -151,18 +137,13 @@ def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
     return simulation.session / run_name(texture, speed_mm_s)
 
 
-def _record_one(simulation: Simulation | Path, texture: str, speed_mm_s: float) -> str:
-    """Record a run of a simulation, which a worker far away is told by a file; return its name."""
-    if isinstance(simulation, Path):
-        simulation = _told(simulation)
-    surface = simulation.height_maps.get(texture)
-    if surface is None:
-        surface = _drum_of(texture, simulation.rig.drum)
+def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
+    """Record a run of a simulation; return its name."""
     record(
         simulation.rig,
         _folder(simulation, texture, speed_mm_s),
         texture,
-        surface,
+        _surface_of(texture, simulation.height_maps.get(texture), simulation.rig.drum),
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
@@ -172,9 +153,9 @@ def _record_one(simulation: Simulation | Path, texture: str, speed_mm_s: float) 
 
 
 @lru_cache(maxsize=1)
-def _drum_of(texture: str, drum: Drum) -> Surface:
+def _surface_of(texture: str, map_text: str | None, drum: Drum) -> Surface:
     """Return a drum's surface, once for its runs in a row."""
-    return bumped_surface(float(texture), drum)
+    return height_map(map_text, drum)[1] if map_text else bumped_surface(float(texture), drum)
 
 
 def _seal(simulation: Simulation) -> None:

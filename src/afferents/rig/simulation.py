@@ -2,11 +2,12 @@
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel, ConfigDict
 
 from afferents.choices import Nodules, Remount, Size
 from afferents.errors import InputError
@@ -14,7 +15,6 @@ from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
-from afferents.rig.surface import Surface
 from afferents.store.recording import LETTERS, natural_order
 from afferents.version import __version__
 
@@ -26,8 +26,7 @@ RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
 
 
-@dataclass(frozen=True)
-class Simulation:
+class Simulation(BaseModel):
     """What is simulated.
 
     Attributes
@@ -37,20 +36,22 @@ class Simulation:
     sensor
         Name of the sensor whose pins the rig has.
     height_maps
-        Surfaces of their own, by name.
+        Surfaces of their own, by name, each as ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
     conditions
         What distinguishes the session from others that are evaluated with it, by name.
     """
 
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
     session: Path
-    textures: Sequence[str]
-    speeds_mm_s: Sequence[float]
+    textures: tuple[str, ...]
+    speeds_mm_s: tuple[float, ...]
     seconds: float
     seed: int
-    rig: Rig = field(default_factory=Rig)
+    rig: Rig = Rig()
     sensor: str = RIGS_OWN
-    height_maps: Mapping[str, Surface] = field(default_factory=dict)
-    conditions: Mapping[str, float] = field(default_factory=dict)
+    height_maps: dict[str, str] = {}
+    conditions: dict[str, int | float] = {}
 
     @property
     def names(self) -> list[tuple[str, float]]:
@@ -85,9 +86,10 @@ class Simulation:
 
     def _maps(self) -> dict[str, str]:
         """Return the SHA-256 of each height map's heights, as they lie round the drum."""
+        surfaces = dict(height_map(text, self.rig.drum) for text in self.height_maps.values())
         return {
             name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
-            for name, surface in sorted(self.height_maps.items())
+            for name, surface in sorted(surfaces.items())
         }
 
 
@@ -156,7 +158,9 @@ def simulation_of(
             "skin": rig.skin.model_copy(update={"nodular": nodules == "on"}),
         }
     ).with_nuisances(nuisance_strengths(nuisances))
-    maps = dict(height_map(text, rig.drum) for text in height_maps)
+    maps = {text.partition("=")[0]: text for text in height_maps}
+    for text in height_maps:
+        height_map(text, rig.drum)  # refuses what is none
     folders = dict.fromkeys(
         texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
     )
@@ -166,15 +170,15 @@ def simulation_of(
             raise InputError(f"{option}: expected one or more, found none")
     asked = {"indentation_mm": indentation_mm, "print": reprint}
     return Simulation(
-        session,
-        tuple(folders),
-        speeds,
-        seconds if seconds is not None else _SECONDS[preset],
-        seed,
-        rig,
-        sensor,
-        maps,
-        {name: value for name, value in asked.items() if value is not None},
+        session=session,
+        textures=tuple(folders),
+        speeds_mm_s=tuple(speeds),
+        seconds=seconds if seconds is not None else _SECONDS[preset],
+        seed=seed,
+        rig=rig,
+        sensor=sensor,
+        height_maps=maps,
+        conditions={name: value for name, value in asked.items() if value is not None},
     )
 
 

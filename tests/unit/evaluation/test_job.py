@@ -1,13 +1,16 @@
 """What a training does when it goes wrong, and what a run says of itself while it is at work."""
 
 import shutil
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 import torch
+from sklearn.linear_model import LogisticRegression
 
-from afferents.errors import AfferentsError
+from afferents import evaluate
+from afferents.errors import AfferentsError, InputError
 from afferents.evaluation import job
 from afferents.evaluation import run as evaluation
 from afferents.evaluation.fold_files import FoldKey
@@ -15,6 +18,7 @@ from afferents.evaluation.job_status import at_work, plan
 from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.loop import Checkpoint
+from afferents.models.model import models_in
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.reproduction.run_folder import RunFolder, RunState, status
@@ -148,3 +152,11 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
     assert fail_at({20})[0] == 2
     done = [n for n in (20, 30, 40, 60) if (results / f"folds/vib-te/nested/seed-0/{n}").is_dir()]
     assert done == [30, 40, 60], "what failed comes last, so all else is done"
+
+
+def test_a_model_that_workers_cannot_find_is_refused(stores, tmp_path, monkeypatch):
+    """They are sent JSON: names, and files that they read."""
+    mine = replace(models_in("vib-te")[0], name="mine", classifier=LogisticRegression())
+    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    with pytest.raises(InputError, match=r"as FILE.py:NAME, .* found the object mine; give the"):
+        evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, cluster="tcp://here:1")
