@@ -97,7 +97,8 @@ def require_free(
     """
     do = ""
     try:
-        found = _in_the_way(target, is_ours, [one.resolve() for one in reads])
+        read = [Path(os.path.realpath(one)) for one in reads]  # raises nothing
+        found = _in_the_way(target, is_ours, read)
         if not found and not force and target.exists():
             found, do = "an earlier output", "add --force to replace it, or "
     except (OSError, RuntimeError) as error:  # a link to itself is a RuntimeError
