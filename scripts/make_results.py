@@ -54,7 +54,7 @@ CAUSES = {
     ),
 }
 """What makes vibration hard to learn from, taken away: what is then so, and the options."""
-OURS = "shear,sa-local,sa-wave-vector,ra-wave-vector,fusion-shear,order-te,fusion"
+OURS = "shear,sa-local,sa-wave-vector,ra-wave-vector,order-te,fusion"
 COMPARED = {
     "`ra-se` over `sa-se`": ("ra-se", "sa-se"),
     "`ra-ste` over `sa-ste`": ("ra-ste", "sa-ste"),

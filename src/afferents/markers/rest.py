@@ -415,7 +415,11 @@ def start_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
             "buffer gives frames of an earlier run; rest is the frame after these",
         ),
         *_said(
-            {name: f"{one[BITS]} bits" for name, one in attributes.items() if one.get(BITS, 8) > 8},
+            {
+                name: f"{one[BITS]} bits"
+                for name, one in attributes.items()
+                if 8 < one.get(BITS, 8) < 16
+            },
             "no pixel of its 16-bit images uses more, so this is taken for the camera's depth",
         ),
     ]
