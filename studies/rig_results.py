@@ -177,7 +177,7 @@ def _vibration(found: Mapping[str, Any]) -> list[list[str]]:
 def _touches_of(found: Mapping[str, Any]) -> list[list[str]]:
     """Return a row a model and a column a part: touches of 0.11, 1 and 4 s."""
     rows = [["model", *(name.removeprefix("ours-") for name in found)]]
-    for model in rig.OURS.split(","):
+    for model in next(iter(found.values()))["models"]:
         if all(model in part["models"] for part in found.values()):
             each = [rig.in_words(rig.percents_of(part, model)) for part in found.values()]
             rows.append([f"`{model}`", *each])
