@@ -66,7 +66,7 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
         dims.RA1_VECTOR: component_images(fill(CHANNELS[dims.RA1_VECTOR].response(responses))),
     }
     # Of stored float32 here, of doubles there.
-    others = {dims.RA1_SIGNED, dims.RA1_CIRCUMFERENTIAL, dims.SA1_LOCAL}
+    others = {dims.SA1_LOCAL}
     offline_by_name |= {
         name: np.squeeze(component_images(fill(CHANNELS[name].response(responses))))
         for name in others

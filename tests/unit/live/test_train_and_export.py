@@ -137,6 +137,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
 
     store, out = stores["audio"], tmp_path / "m"
     (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "notes.txt").touch()
     for asked, sentence in (
         ((store, out, "--model", "all"), "--model: expected 'best' or one model"),
         ((store, out, "--model", "order-te"), "others can be evaluated, not deployed"),
@@ -145,7 +146,10 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
             (stores["video"], out, "--model", "sa-se", "--frames", 5),
             "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug",
         ),
-        ((store, tmp_path / "taken", "--model", "vib-te"), "a name that is free, for a model"),
+        (
+            (store, tmp_path / "taken", "--model", "vib-te"),
+            "a name that is free, found a folder that holds something else",
+        ),
         ((store, out, "--model", "vib-te", "--results", tmp_path / "taken"), "a results folder"),
     ):
         assert sentence in refused(*asked)
