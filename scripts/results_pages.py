@@ -10,7 +10,7 @@ of ``docs/results/NAME.json``: the table, and below it the commit, date, machine
 gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
 `keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
 ``<!-- /fields -->`` stand the fields of a model of the results. Between ``<!-- benchmark -->`` and
-``<!-- /benchmark -->`` stand all entries of ``docs/benchmark``, between ``<!-- controls TASK -->``
+``<!-- /benchmark -->`` stands the table of all tasks, between ``<!-- controls TASK -->``
 and ``<!-- /controls -->`` those of a task with its controls alone. Between ``<!-- code NAME -->``
 and ``<!-- /code -->`` stands what the package has of models, channels, encodings or classifiers.
 """
@@ -119,10 +119,8 @@ def in_code(names: Iterable[str]) -> str:
 
 
 def benchmark(_: str) -> str:
-    """Return the tables of all entries in the repository."""
-    there = DOCS / "benchmark"
-    tables = tables_by_task(read_entries(there)) if there.is_dir() else []
-    return "\n".join(to_markdown(one) for one in tables)
+    """Return the table of all tasks at a glance, of the entries in the repository."""
+    return to_markdown(next(iter(tables_by_task(read_entries(DOCS / "benchmark")))))
 
 
 def controls(task: str) -> str:
