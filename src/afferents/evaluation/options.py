@@ -34,6 +34,7 @@ from afferents.choices import (
     flag_of,
 )
 from afferents.documents import reason_in
+from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.corruption import Corruption
@@ -48,7 +49,7 @@ _ELSEWHERE = frozenset({
     "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
     "device", "precision",
 })  # fmt: skip
-"""What a report says in lines of their own, or need not say: it changes no number."""
+"""What a summary has entries of its own for, and what changes no number."""
 
 
 def _several(given: Any) -> Any:
@@ -191,22 +192,9 @@ class TrainingOptions(BaseModel):
         written_out = self.model_dump(mode="json", fallback=str)
         return {name: written_out[name] for name in self.chosen()}
 
-    def words(self, flags: Mapping[str, str] | None = None) -> list[str]:
-        """Return the words of a command line that ask for the same, for a report to name.
-
-        Parameters
-        ----------
-        flags
-            Of encodings' options, by name of the field; one without a flag is said by its name.
-        """
-        own, flags = type(self).model_fields, flags or {}
-        given = ((n, v) for n, v in self.given().items() if n not in _ELSEWHERE)
-        return [
-            word
-            for name, value in given
-            for text in _texts(name, value)
-            for word in (flag_of(name) if name in own else flags.get(name, name), text)
-        ]
+    def further(self) -> dict[str, Any]:
+        """Return of `given` what no other entry of a summary holds, and what changes numbers."""
+        return {name: value for name, value in self.given().items() if name not in _ELSEWHERE}
 
 
 class EvaluationOptions(TrainingOptions):
@@ -331,6 +319,17 @@ class EvaluationOptions(TrainingOptions):
     def may_leave_out(self) -> bool:
         """Whether models that the data don't support are left out instead of refused."""
         return "all" in names_in(self.models)
+
+
+def words_of(options: Mapping[str, Any]) -> list[str]:
+    """Return options by name, as `TrainingOptions.given` has them, as words of a command line."""
+    flags = {name: option.flag for name, option in encoding_options().items()}
+    return [
+        word
+        for name, value in options.items()
+        for text in _texts(name, value)
+        for word in (flags.get(name, flag_of(name)), text)
+    ]
 
 
 def _texts(name: str, value: Any) -> Iterator[str]:

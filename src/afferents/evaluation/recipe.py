@@ -311,14 +311,6 @@ class Evaluation:
         return self.recipe.options
 
     @property
-    def words(self) -> list[str]:
-        """What was chosen, as a command line says it, for the report to name."""
-        models, encodings = self.recipe.models, self.recipe.encodings
-        used = [source.encoding for model in models for source in sources_of(model, encodings)]
-        flags = {name: option.flag for one in used for name, option in one.options().items()}
-        return self.options.words(flags)
-
-    @property
     def recordings(self) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
         return self.recipe.recordings(self.data)
@@ -333,7 +325,7 @@ class Evaluation:
             "data": [origin.model_dump() for origin in recipe.data],
             "without": dict(recipe.options.without),
             **({"n_used": n_used} if some else {}),
-            "options": self.words,
+            OPTIONS: self.options.further(),
             "cut": recipe.options.cut,
             "preset": recipe.options.preset,
             "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],

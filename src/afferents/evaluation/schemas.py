@@ -249,8 +249,8 @@ class Summary(Schema):
     """Conditions of recordings that were left out."""
     n_used: Count | None = None
     """How many recordings of all sources were used; only where it was not all of them."""
-    options: tuple[str, ...] = ()
-    """Further options of the command."""
+    options: dict[str, Any] = {}
+    """Further options by name, as `evaluate` and a file given to `--config` take them."""
     cut: Cut
     """Part of the recordings that was used."""
     preset: str
@@ -327,7 +327,7 @@ class Summary(Schema):
     @property
     def all_held_out(self) -> bool:
         """Whether each group of the data was, rather than those that were asked for."""
-        return "--held-out" not in self.options
+        return "held_out" not in self.options
 
     @property
     def held_out_keys(self) -> list[str]:

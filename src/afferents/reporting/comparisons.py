@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from afferents.evaluation.options import words_of
 from afferents.evaluation.schemas import Difference, FirstEpoch, Outcome, Summary
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
@@ -43,8 +44,8 @@ from afferents.reporting.tables import (
 # make likely; the rule is `spread_between_folds` and `likely`, and the table states it.
 
 OTHERS = {
-    "--textures", "--speeds", "--train-speeds", "--markers", "--test-only", "--without",
-    "--control", "--disturb", "--disturb-training",
+    "textures", "speeds", "train_speeds", "markers", "test_only", "without", "control", "disturb",
+    "disturb_training",
 }  # fmt: skip
 """Options with which folds learn from, or are tested on, something else than the paper's."""
 LARGER = "yes"
@@ -256,7 +257,7 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> pd.DataFrame:
 
 def _what(run: Summary) -> str:
     """Say in a few words what was evaluated."""
-    options = f", {' '.join(run.options)}" if run.options else ""
+    options = f", {' '.join(words_of(run.options))}" if run.options else ""
     return (
         f"{len(run.textures)} textures, {len(run.held_out)} {run.split.many}, preset {run.preset}"
         f"{options}, intervals over {drawn_over(run)}"

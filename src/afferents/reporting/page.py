@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from afferents.evaluation.options import words_of
 from afferents.evaluation.results import CONFIG, Results
 from afferents.evaluation.schemas import Summary
 from afferents.folds.held_out import SPEED
@@ -146,7 +147,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(name for name in PROTOCOL_TITLES if name in run) or "none"),
         ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
         ("Steady part", steady),
-        ("Asked for", shlex.join(summary.options)),
+        ("Asked for", shlex.join(words_of(summary.options))),
         *own,
         *((f"Corrupted when {when}", str(by)) for when, by in corrupted.items()),
         ("Chance", f"{percent(summary.chance)}%"),

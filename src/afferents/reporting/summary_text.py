@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from afferents.choices import flag_of
 from afferents.dims import RA2
 from afferents.encodings.settings import Encodings
-from afferents.evaluation.options import TrainingOptions
+from afferents.evaluation.options import TrainingOptions, words_of
 from afferents.evaluation.schemas import Lost, Outcome, Summary
 from afferents.folds.held_out import SPEED, ByPair
 from afferents.models.model import MODELS
@@ -29,7 +28,7 @@ from afferents.reporting.published import published_families
 from afferents.reporting.tables import across_modalities, mean_and_interval
 
 WORST_SHOWN = 3
-_OF_ANY_MODEL = ("--split", "--steady", "--without", "--held-out", "--textures", "--speeds")
+_OF_ANY_MODEL = ("split", "steady", "without", "held_out", "textures", "speeds")
 """Options of the data, which every model takes."""
 STORE = "store"
 """Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
@@ -139,11 +138,11 @@ def _learnt_and_tested(summary: Summary) -> str:
     learnt = "the recordings of" if split.whole else "the parts of recordings in"
     others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
     these = "this one"
-    if "--test-only" in options:
-        only = options[options.index("--test-only") + 1]
+    if "test_only" in options:
+        only = ", ".join(f"{name}={value}" for name, value in options["test_only"].items())
         others, these = f"{others} that are not of {only}", f"{these} that is of {only}"
-    if "--train-speeds" in options:
-        others = f"{options[options.index('--train-speeds') + 1]} of {others}"
+    if "train_speeds" in options:
+        others = f"{options['train_speeds']} of {others}"
     half = {protocol for _, protocol, _ in outcomes(summary)} == {"published"}
     picked = half and any(picked_by_tested(summary, one) for _, _, one in outcomes(summary))
     return (
@@ -304,12 +303,11 @@ def _steps(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step
     yield from _use_it(summary, won, results)
 
 
-def _handed_on(summary: Summary, flags: Collection[str]) -> list[str]:
+def _handed_on(summary: Summary, names: Collection[str]) -> list[str]:
     """Return the words that ask for the same cut and preset, and the same of these options."""
-    pairs = zip(summary.options[::2], summary.options[1::2], strict=True)
-    words = [word for flag, value in pairs if flag in flags for word in (flag, value)]
-    words += ["--cut", summary.cut] if summary.cut != "all" else []
-    return words + (["--preset", summary.preset] if summary.preset == "paper" else [])
+    same = {name: value for name, value in summary.options.items() if name in names}
+    same |= {"cut": summary.cut} if summary.cut != "all" else {}
+    return words_of(same | ({"preset": "paper"} if summary.preset == "paper" else {}))
 
 
 def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
@@ -334,9 +332,8 @@ def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Ste
         )
     source = summary.data[0].source  # `train` takes one
     encodings = [one.encoding for one in sources_of(MODELS[name], Encodings())]
-    flags = {option.flag for one in encodings for option in one.options().values()}
-    flags |= {flag_of(option) for option in TrainingOptions.model_fields}
-    options = _handed_on(summary, flags)
+    own = {name for one in encodings for name in one.options()}
+    options = _handed_on(summary, own | TrainingOptions.model_fields.keys())
     options += ["--results", str(results)] if results else []
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):

@@ -58,9 +58,9 @@ def test_a_file_gives_options_by_name_and_flags_overrule_it(does, stores, tmp_pa
     assert summary["speeds_mm_s"] == [30.0]
     assert summary["models"]["order-te"]["nested"]["seeds"] == [1]
     assert summary["disturb"] == {"sound": 0.1}
-    assert summary["options"] == [
-        "--speeds", "20,30,40", "--held-out", "30", "--disturb", "sound=0.1", "--window-s", "0.5",
-    ]  # fmt: skip
+    assert summary["options"] == {
+        "speeds": [20, 30, 40], "held_out": [30], "disturb": {"sound": 0.1}, "window_s": 0.5,
+    }  # fmt: skip
     again = ("evaluate", "--config", out / "config.json", "--out", tmp_path / "s", "--json")
     does(*again)
     first, second = (json.loads((at / "config.json").read_text()) for at in (out, tmp_path / "s"))

@@ -122,7 +122,7 @@ def test_corrupted_at_test_only_learns_the_same_and_says_so(stores, tmp_path):
         p = [table.filter(like="p_").values for table in tables]
         assert np.abs(p[0] - p[1]).max() > 0.01, model
     assert noisy.summary["disturb"] == noisy.config["disturb"] == {"markers": 3.0, "sound": 10.0}
-    assert noisy.summary["options"][:2] == ["--disturb", "markers=3,sound=10"]
+    assert noisy.summary["options"]["disturb"] == {"markers": 3, "sound": 10}
     assert "disturb" not in clean.config
 
 

@@ -214,8 +214,8 @@ def test_a_steady_part_is_taken_without_extracting_again(stores, run, tmp_path):
                              "--held-out", 30, "--steady", "0.5:2")  # fmt: skip
     assert code == 0, err
     summary = json.loads(printed)
-    assert (summary["steady_s"], summary["options"][:4]) == (
-        [0.5, 2.0], ["--steady", "0.5:2", "--held-out", "30"],
+    assert (summary["steady_s"], summary["options"]) == (
+        [0.5, 2.0], {"steady": "0.5:2", "held_out": [30], "window_s": 0.5},
     )  # fmt: skip
     assert json.loads((out / "config.json").read_text())["steady_s"] == [0.5, 2.0]
     rows = pd.read_parquet(out / "predictions.parquet")

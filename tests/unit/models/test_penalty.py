@@ -26,7 +26,7 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
     assert {part["penalty"] for part in facts_of(found, "fusion")["parts"].values()} <= {*SEARCHED}
     assert "penalty" not in usual.config
     assert found.config["penalty"] == found.summary["penalty"] == "searched"
-    assert "--penalty searched" in " ".join(found.summary["options"])
+    assert found.summary["options"]["penalty"] == "searched"
     by_touch = [found.found.models[model]["nested"].by_touch for model in models]
     assert [list(one) for one in by_touch] == [["0.11", "1", "4"]] * 2
     told = [(float(touch), one) for its in by_touch for touch, one in its.items() if one]

@@ -98,7 +98,7 @@ def test_what_is_wrong_with_recordings_stands_in_bold(summary, rendered):
 
 
 def test_a_control_and_what_was_asked_for_are_named_wherever_numbers_stand(summary, rendered):
-    options = ("--control", "permuted", "--textures", "a,e")
+    options = {"control": "permuted", "textures": ["a", "e"]}
     summary |= {"control": "permuted", "options": options, "n_used": 6}
     text, found = rendered(), S(summary)
     assert "it never learnt from, in a control: labels permuted (nested" in headline(found)
@@ -185,7 +185,7 @@ def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
     asked = what_was_asked(S(summary))
     assert "from the recordings of the others, and then" in asked
     assert "in every sample of this one. So" in asked
-    summary["options"] = ["--test-only", "repetition=1"]
+    summary["options"] = {"test_only": {"repetition": "1"}}
     asked = what_was_asked(S(summary))
     assert "of the others that are not of repetition=1, and" in asked
     assert "in every sample of this one that is of repetition=1." in asked
@@ -193,7 +193,7 @@ def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
         del found["nested"]
     asked = what_was_asked(S(summary))
     assert "in half of the samples of this one that is of repetition=1. The other half" in asked
-    summary["options"] = ["--train-speeds", "2"]
+    summary["options"] = {"train_speeds": 2}
     assert "from the recordings of 2 of the others, and then" in what_was_asked(S(summary))
     for found in summary["models"].values():
         found["published"]["leaks"]["test_samples_of_a_speed_seen_in_validation"] = 0
@@ -262,7 +262,7 @@ def test_as_good_is_not_better(summary):
 @pytest.mark.parametrize("model", ["sa-wave-vector", "vib-te-aug"])
 def test_each_step_is_a_command_that_the_shell_takes(summary, simulated, model, tmp_path, fails):
     """What it lacks here is the data, the model or the device, never an option or a source."""
-    options = ("--markers", "0.5", "--window-s", "0.5", "--split", "trial")
+    options = {"markers": 0.5, "window_s": 0.5, "split": "trial"}
     summary |= {"cut": "published", "preset": "paper", "options": options}
     summary["data"][0] |= {"kind": "store", "simulated": simulated, "source": str(tmp_path / "s")}
     summary["models"][model] = summary["models"].pop("vib-te-aug")

@@ -211,7 +211,7 @@ def test_others_than_the_papers_are_not_compared(of_paper, change):
     elif change == "speeds":
         set_speeds(of_paper, {"10": 0.5, "110": 0.5})
     elif change == "options":
-        of_paper["options"] = ["--markers", "0.25"]
+        of_paper["options"] = {"markers": 0.25}
     else:  # folds that learnt from fewer speeds
         of_paper["data"][0]["n_recordings"] = 65
     assert comparisons.beside_paper(S(of_paper)) is None
