@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from afferents import dims
-from afferents.choices import Cut, Penalty
+from afferents.choices import Cut
 from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
@@ -18,10 +18,10 @@ from afferents.evaluation.encode import (
     require_used,
     sources_of,
 )
-from afferents.folds.corruption import Corruption, Corruptions
+from afferents.evaluation.options import EvaluationOptions, TrainingOptions
+from afferents.folds.corruption import Corruption
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
-from afferents.models.config import Hyperparameters
 from afferents.models.fitted import require_buildable
 from afferents.models.fitting import learns_in_a_loop, recipe_of
 from afferents.models.model import MODELS, Model
@@ -29,16 +29,12 @@ from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
 from afferents.store.trimming import cut_audio, with_steady
 
-NO_CORRUPTIONS, NO_HYPERPARAMETERS = Corruptions(), Hyperparameters()
-
 
 def require_options(
     models: Sequence[Model],
     encodings: Encodings,
     recordings: Sequence[Responses],
-    corruptions: Corruptions = NO_CORRUPTIONS,
-    hyperparameters: Hyperparameters = NO_HYPERPARAMETERS,
-    penalty: Penalty = "fixed",
+    options: TrainingOptions,
 ) -> None:
     """Refuse what would do nothing for any of the models, or tell one what it must not know.
 
@@ -48,13 +44,15 @@ def require_options(
         Naming the option.
     """
     require_used(models, encodings)
-    asked = [("--disturb", one) for one in corruptions.tests]
-    for option, one in [*asked, ("--disturb-training", corruptions.training)]:
+    corruptions = {"--disturb-training": options.disturb_training}
+    if isinstance(options, EvaluationOptions):
+        corruptions = {"--disturb": options.disturb} | corruptions
+        if options.penalty == "searched":
+            require_for("--penalty", _has_penalty, models)
+    for option, one in corruptions.items():
         if one:
             require_for(f"{option} {one}", partial(_notices, one, encodings), models)
-    if penalty == "searched":
-        require_for("--penalty", _has_penalty, models)
-    if changed := hyperparameters.changed:
+    if changed := options.recipe.changed:
         require_for(
             f"--recipe for {', '.join(changed)}", partial(_learns_as, changed, encodings), models
         )

@@ -194,10 +194,6 @@ def predictions_table(
     )
     if speed_mm_s is not None:
         table["predicted_speed_mm_s"] = speed_mm_s
-    if dims.VARIANT in samples.coords:
-        variant = samples[dims.VARIANT].values[fold.test]
-        if (variant != variant[0]).any():
-            table[dims.VARIANT] = variant
     columns = {f"{PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
     return pd.concat([table, pd.DataFrame(columns)], axis=1)
 

@@ -189,14 +189,15 @@ def encoded(
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from, and are tested on.
 
-    They come in variants where others are tested than are learnt from.
+    They come in two variants where what is tested is corrupted otherwise than what is learnt from.
     """
-    corruptions, how = recipe.corruptions, (recipe.options.cut, progress, recipe.options.ablation)
-    each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
-    found = []
+    options, found = recipe.options, []
+    how = options.cut, progress, options.ablation
     for source in sources:
-        learnt, *tested = (encode_all(recordings, source, *how, one, workers) for one in each)
-        samples = in_variants(learnt, tested) if tested else learnt
+        samples = encode_all(recordings, source, *how, options.disturb_training, workers)
+        if options.disturb != options.disturb_training:
+            tested = encode_all(recordings, source, *how, options.disturb, workers)
+            samples = in_variants(samples, tested)
         found.append(recipe.split.labelled(samples, recordings))
     return tuple(found)
 

@@ -25,7 +25,6 @@ from afferents.evaluation.schemas import SCHEMA
 from afferents.evaluation.summary import data_quality
 from afferents.files import checksum, write_json
 from afferents.folds.controls import controlled
-from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
 from afferents.models.model import Model, listed, own_of
@@ -200,8 +199,6 @@ class Recipe:
         How samples are made, as suits the data and as asked for.
     options
         What was chosen.
-    tests
-        Corruptions that one training is tested under, one after the other; none for the options'.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
     tested
@@ -213,7 +210,6 @@ class Recipe:
     models: Sequence[Model]
     encodings: Encodings
     options: EvaluationOptions = field(default_factory=EvaluationOptions)
-    tests: tuple[Corruption, ...] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
@@ -250,13 +246,10 @@ class Recipe:
             "penalty": options.penalty if options.penalty != "fixed" else None,
             "statistics": options.statistics if options.statistics != "warmed-up" else None,
             "recipe": options.recipe.describe(),
+            "disturb": options.disturb.describe(),
+            "disturb_training": options.disturb_training.describe(),
         }
-        return {name: v for name, v in found.items() if v} | self.corruptions.describe()
-
-    @property
-    def corruptions(self) -> Corruptions:
-        """What corrupts the recordings that are tested, and those that are learnt from."""
-        return Corruptions(self.tests or (self.options.disturb,), self.options.disturb_training)
+        return {name: v for name, v in found.items() if v}
 
     @property
     def split(self) -> Split:

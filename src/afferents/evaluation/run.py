@@ -58,8 +58,7 @@ def evaluate(evaluation: Evaluation, progress: Progress, quick_controls: bool = 
     left_out = [model.name for model in recipe.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
-    own = recipe.corruptions, options.recipe, options.penalty
-    require_options(able, recipe.encodings, everything, *own)
+    require_options(able, recipe.encodings, everything, options)
     recipe.split.groups_of(everything)
     if options.ablation.markers != 1:
         require_images(able, recipe.encodings)

@@ -36,7 +36,6 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.files import Place, require_free
-from afferents.folds.corruption import Corruptions
 from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model
@@ -103,8 +102,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     require_free(out, is_model_folder, force=force, reads=reads)
     recordings = with_steady(training.data.responses, training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
-    corrupted = Corruptions(training=options.disturb_training)
-    require_options([training.model], training.encodings, recordings, corrupted, options.recipe)
+    require_options([training.model], training.encodings, recordings, options)
     options.by.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:

@@ -2,7 +2,7 @@
 
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from itertools import pairwise
 from typing import Any, Self
@@ -172,41 +172,6 @@ def _number(name: str, value: Any, option: str) -> float | int:
         raise InputError(f"{option}: expected {_FORM}, found '{name}={value}'") from error
 
 
-@dataclass(frozen=True)
-class Corruptions:
-    """What is done to recordings that are tested, and to those that are learnt from.
-
-    Attributes
-    ----------
-    tests
-        One, or several that one training is tested under, one after the other.
-    training
-        Of what is learnt from, and validates.
-    """
-
-    tests: tuple[Corruption, ...] = (Corruption(),)
-    training: Corruption = Corruption()
-
-    @property
-    def apart(self) -> bool:
-        """Whether samples that are tested are others than those that are learnt from."""
-        return self.tests != (self.training,)
-
-    def describe(self) -> dict[str, Any]:
-        """Return it ready for JSON; empty where nothing is done."""
-        tests = [test.describe() for test in self.tests]
-        found = {
-            "disturb": tests[0] if len(tests) == 1 else tests,
-            "disturb_training": self.training.describe(),
-        }
-        return {name: value for name, value in found.items() if value}
-
-    def words(self) -> list[str]:
-        """Return the words of a command line that asks for it."""
-        given = {"--disturb": ";".join(map(str, self.tests)), "--disturb-training": self.training}
-        return [w for flag, text in given.items() if str(text) for w in (flag, str(text))]
-
-
 # Responses as a corruption leaves them, and samples of which some are learnt, others tested.
 
 
@@ -274,15 +239,14 @@ def of_no_digest(response: xr.DataArray) -> xr.DataArray:
     return response.drop_attrs(deep=False).assign_attrs(kept)
 
 
-def in_variants(learnt: Samples, tested: Sequence[Samples]) -> Samples:
+def in_variants(learnt: Samples, tested: Samples) -> Samples:
     """Return samples that are learnt from, then those that are tested, one array.
 
-    The coordinate `variant` says which is which: 0 is learnt from, n is of the n-th test.
+    The coordinate `variant` says which is which: 0 is learnt from, 1 is tested.
     """
-    parts = [learnt, *tested]
     return concatenate([
         part.assign_coords({dims.VARIANT: (dims.SAMPLE, np.full(len(part), number))})
-        for number, part in enumerate(parts)
+        for number, part in enumerate([learnt, tested])
     ])  # fmt: skip
 
 
@@ -293,7 +257,7 @@ def fold_of_variants(
     ablation: Ablation,
     tested: frozenset[str],
 ) -> tuple[int, Fold]:
-    """Return a fold and its rank: training samples of one variant, test samples of the others.
+    """Return a fold and its rank: training samples of one variant, test samples of the other.
 
     Where there are no variants it is the fold of the samples as they are.
     """
@@ -303,8 +267,7 @@ def fold_of_variants(
         fold = ablation.fold(fold, part, tested)
         folds.append(replace(fold, test=fold.test + offset))
         offset += len(part)
-    tests = folds[1:] or folds
-    return rank, replace(folds[0], test=np.concatenate([fold.test for fold in tests]))
+    return rank, replace(folds[0], test=folds[-1].test)
 
 
 def _variants(samples: Samples) -> list[Samples]:
