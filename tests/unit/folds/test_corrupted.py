@@ -96,7 +96,7 @@ def test_windows_are_paired_within_their_variant():
     window, frames = (
         make_samples(np.zeros((n, 1)), ("value",), ends[:n] - 1, ends[:n], attrs) for n in (2, 4)
     )
-    lead, other = (in_variants(one, [one]) for one in (window, frames))
+    lead, other = (in_variants(one, one) for one in (window, frames))
     values = np.arange(8.0)[:, None]
     found = mean_within(lead, np.arange(4), other, np.arange(8), values)
     assert found.ravel().tolist() == [0, 1, 4, 5]
