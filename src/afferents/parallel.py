@@ -301,6 +301,22 @@ def _as_here(
     return function(*job)
 
 
+def require_seen(paths: Iterable[str]) -> None:
+    """Refuse, on a worker, files and folders of the caller's that are not there.
+
+    Raises
+    ------
+    InputError
+        Naming this machine and the first that is missing.
+    """
+    for path in paths:
+        if not Path(path).exists():
+            raise InputError(
+                f"worker on {socket.gethostname()}: expected {path} as it is where the command "
+                "runs, found none; let all workers see the same files at the same paths"
+            )
+
+
 @contextmanager
 def _client(address: str) -> Iterator["Client"]:
     """Yield a cluster's client, once there is a worker."""

@@ -1,7 +1,6 @@
 """One training of an evaluation: on one fold, for one model, protocol and seed."""
 
 import json
-import socket
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import chdir, contextmanager
@@ -38,7 +37,7 @@ from afferents.models.fitting import fit, learns_in_a_loop, recipe_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
-from afferents.parallel import keep_freed_memory
+from afferents.parallel import keep_freed_memory, require_seen
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 
@@ -88,19 +87,14 @@ def recipe_from(sent: str) -> Recipe:
     Raises
     ------
     InputError
-        If the data or a model's file are not those that the evaluation began with.
+        If the data or a model's file are not those that the evaluation began with, or this machine
+        does not see the folder that the command was started in.
     """
     found = json.loads(sent)
-    try:
-        with chdir(found["folder"]):  # from which names of files count
-            options = EvaluationOptions(**found["options"])
-            quiet = Progress(quiet=True)
-            made = open_evaluation(found["data"], found["out"], options, quiet).recipe
-    except FileNotFoundError as error:
-        raise InputError(
-            f"worker on {socket.gethostname()}: expected the folder {found['folder']}, where the "
-            "command runs, found none; let all workers see the same files at the same paths"
-        ) from error
+    require_seen([found["folder"]])
+    with chdir(found["folder"]):  # from which names of files count
+        options, quiet = EvaluationOptions(**found["options"]), Progress(quiet=True)
+        made = open_evaluation(found["data"], found["out"], options, quiet).recipe
     recipe = replace(made, skipped=found["skipped"], tested=frozenset(found["tested"]))
     if digest_of(recipe.config) != found["digest"]:
         raise changed_data(", ".join(found["data"]))

@@ -1,7 +1,6 @@
 """From a session to a store of responses, a recording after the other."""
 
 import json
-import socket
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -25,7 +24,7 @@ from afferents.markers.quality import find_track_issues
 from afferents.markers.sensor import Lens, Sensor, Sensors, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
-from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
+from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
 from afferents.progress import Progress
 from afferents.quality.frames import find_time_issues
 from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
@@ -204,14 +203,15 @@ def _outcomes(
         far = ((sent, recording.name) for recording in session.recordings)
         packages = SAME + OF_RECORDINGS
         return on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
-    light = {"session": session.root}  # what goes to each process
     jobs = (
         (
             recording,
             session.declared.of(recording.name),
             declared[recording.name],
             reference,
-            extraction.model_copy(update={**light, "sensor": sensors.of(recording)}),
+            extraction.model_copy(  # light, since it goes to each process
+                update={"session": session.root, "sensor": sensors.of(recording)}
+            ),
         )
         for recording in session.recordings
     )
@@ -281,12 +281,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     """Return what a worker extracts, once for all recordings of a session."""
     found = json.loads(sent)
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
-    for path in found["files"]:
-        if not Path(path).exists():
-            raise InputError(
-                f"worker on {socket.gethostname()}: expected {path} as it is where the command "
-                "runs, found none; let all workers see the same files at the same paths"
-            )
+    require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
     sensors = sensors_of(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors

@@ -24,7 +24,6 @@ from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
-from afferents.rig.drums import height_map
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
@@ -91,7 +90,13 @@ def _record_there(
 
 
 def _record_far(simulation_json: str, texture: str, speed_mm_s: float) -> str:
-    return _record_one(Simulation.model_validate_json(simulation_json), texture, speed_mm_s)
+    return _record_one(_received(simulation_json), texture, speed_mm_s)
+
+
+@lru_cache(maxsize=1)
+def _received(simulation_json: str) -> Simulation:
+    """Return what a worker simulates, once for all its runs."""
+    return Simulation.model_validate_json(simulation_json)
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
@@ -143,7 +148,7 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
         simulation.rig,
         _folder(simulation, texture, speed_mm_s),
         texture,
-        _surface_of(texture, simulation.height_maps.get(texture), simulation.rig.drum),
+        simulation.surfaces.get(texture) or _drum_of(texture, simulation.rig.drum),
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
@@ -153,9 +158,9 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
 
 
 @lru_cache(maxsize=1)
-def _surface_of(texture: str, map_text: str | None, drum: Drum) -> Surface:
+def _drum_of(texture: str, drum: Drum) -> Surface:
     """Return a drum's surface, once for its runs in a row."""
-    return height_map(map_text, drum)[1] if map_text else bumped_surface(float(texture), drum)
+    return bumped_surface(float(texture), drum)
 
 
 def _seal(simulation: Simulation) -> None:

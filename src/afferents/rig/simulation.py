@@ -3,6 +3,7 @@
 import hashlib
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
+from afferents.rig.surface import Surface
 from afferents.store.recording import LETTERS, natural_order
 from afferents.version import __version__
 
@@ -84,12 +86,16 @@ class Simulation(BaseModel):
             },
         }
 
+    @cached_property
+    def surfaces(self) -> dict[str, Surface]:
+        """Return the surface of each height map by name, read once."""
+        return dict(height_map(text, self.rig.drum) for text in self.height_maps.values())
+
     def _maps(self) -> dict[str, str]:
         """Return the SHA-256 of each height map's heights, as they lie round the drum."""
-        surfaces = dict(height_map(text, self.rig.drum) for text in self.height_maps.values())
         return {
             name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
-            for name, surface in sorted(surfaces.items())
+            for name, surface in sorted(self.surfaces.items())
         }
 
 
@@ -159,8 +165,6 @@ def simulation_of(
         }
     ).with_nuisances(nuisance_strengths(nuisances))
     maps = {text.partition("=")[0]: text for text in height_maps}
-    for text in height_maps:
-        height_map(text, rig.drum)  # refuses what is none
     folders = dict.fromkeys(
         texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
     )
@@ -169,7 +173,7 @@ def simulation_of(
         if not wanted:
             raise InputError(f"{option}: expected one or more, found none")
     asked = {"indentation_mm": indentation_mm, "print": reprint}
-    return Simulation(
+    made = Simulation(
         session=session,
         textures=tuple(folders),
         speeds_mm_s=tuple(speeds),
@@ -180,6 +184,8 @@ def simulation_of(
         height_maps=maps,
         conditions={name: value for name, value in asked.items() if value is not None},
     )
+    _ = made.surfaces  # refuses what is none
+    return made
 
 
 def nuisance_strengths(text: str) -> dict[str, float | None]:
