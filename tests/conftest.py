@@ -166,7 +166,7 @@ def stores(small_session, sounds):
     def extract(root):
         for kind, recordings in (("video", small_session), ("audio", sounds)):
             command = ("extract", recordings, root / f"{kind}.zarr", "--workers", 1, "--quiet")
-            cli.app([*map(str, command)], standalone_mode=False)
+            cli.run([*map(str, command)])
 
     with kept("stores", extract) as root:
         yield {kind: root / f"{kind}.zarr" for kind in ("video", "audio")}

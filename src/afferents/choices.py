@@ -65,8 +65,13 @@ def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
     return found
 
 
-def numbers_in(text: str | None, option: str) -> list[float] | None:
-    """Return numbers separated by commas; None for none given.
+def words_in(given: str | Iterable[str]) -> list[str]:
+    """Return names, which may be given in a text, separated by commas or blanks."""
+    return given.replace(",", " ").split() if isinstance(given, str) else list(given)
+
+
+def numbers_in(given: str | Iterable[float], option: str) -> list[float]:
+    """Return numbers, which may be given in a text, separated by commas.
 
     Raises
     ------
@@ -74,10 +79,10 @@ def numbers_in(text: str | None, option: str) -> list[float] | None:
         Naming the option, if one is none.
     """
     try:
-        return [float(number) for number in text.split(",")] if text else None
+        return [float(one) for one in (given.split(",") if isinstance(given, str) else given)]
     except ValueError:
         raise InputError(
-            f"{option}: expected numbers separated by commas, found '{text}'"
+            f"{option}: expected numbers separated by commas, found '{given}'"
         ) from None
 
 

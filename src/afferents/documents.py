@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
@@ -16,6 +17,8 @@ from afferents.errors import InputError, then
 LARGEST = {"JSON": 64 << 20, "TOML": 1 << 20}
 """Bytes that are read of a file; what people write by hand is small."""
 _SHOWN = 60
+_MOST_PARTS = 100
+"""Of a key in TOML; with many thousands, reading it would take all memory there is."""
 
 Form = TypeVar("Form", bound=BaseModel)
 
@@ -99,7 +102,11 @@ def _content(kind: str, path: Path, what: str, do: str) -> bytes:
 def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
     """Return what a text says."""
     try:
-        return _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
+        text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
+        keys = (re.split("[=\"'#]", line, maxsplit=1)[0] for line in str(text).splitlines())
+        if kind == "TOML" and any(key.count(".") > _MOST_PARTS for key in keys):
+            raise RecursionError
+        return _PARSERS[kind](text)
     except (TypeError, ValueError) as error:
         found = f"a damaged file, no {kind} ({error})"
     except RecursionError:

@@ -242,9 +242,16 @@ def checksum(*paths: Path) -> str:
 
     Of a folder, such as one of images, the names of its files count too: they say when each was
     taken.
+
+    Raises
+    ------
+    InputError
+        If one is no file: a pipe never ends.
     """
     digest = hashlib.sha256()
     for file_path in (one for path in paths for one in _files_of(path)):
+        if file_path.exists() and not file_path.is_file():
+            raise InputError(f"{file_path}: expected a file, found a pipe or a device")
         if file_path not in paths:
             digest.update(file_path.name.encode(errors="surrogateescape"))
         with file_path.open("rb") as file:

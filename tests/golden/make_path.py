@@ -38,7 +38,7 @@ def command(*words: object) -> str:
     """Run a command of the shell; return what it printed on stdout."""
     printed = io.StringIO()
     with redirect_stdout(printed):
-        cli.app([str(word) for word in words], standalone_mode=False)
+        cli.run([str(word) for word in words])
     return printed.getvalue()
 
 

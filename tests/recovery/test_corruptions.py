@@ -101,7 +101,7 @@ def slides(folder):
 @pytest.fixture(scope="module")
 def whole(session, sounds, tmp_path_factory):
     """One of everything that is read back, whole."""
-    from afferents.cli import app
+    from afferents.cli import run
 
     root = tmp_path_factory.mktemp("whole")
     shutil.copytree(sounds, root / "session")
@@ -112,7 +112,7 @@ def whole(session, sounds, tmp_path_factory):
         ("evaluate", root / "s.zarr", "--out", root / "r", "--models", "vib-te", "--quiet"),
         ("train", root / "s.zarr", root / "m", "--model", "vib-te", "--preset", "quick", "--quiet"),
     ):
-        app(list(map(str, command)), standalone_mode=False)
+        run(list(map(str, command)))
     slides(root)
     return root
 

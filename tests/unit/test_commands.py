@@ -18,15 +18,6 @@ def test_their_names_are_found_and_their_help_is_whole():
         assert "Parameters\n" in help_text, name
 
 
-@pytest.mark.parametrize("name", ["reproduce", "live"])
-def test_each_line_of_help_is_a_sentence(name):
-    import importlib
-
-    where = {"reproduce": "reproduction"}.get(name, name)
-    text = getattr(importlib.import_module(f"afferents.cli.{where}"), name).__doc__
-    assert all(line.rstrip().endswith(".") for line in text.splitlines() if line.strip())
-
-
 def test_what_is_wrong_is_said_in_python_s_words(tmp_path, stores):
     with pytest.raises(InputError, match="--frames: expected models that it is for"):
         afferents.evaluate(stores["video"], tmp_path / "r", "sa-se", frames=5, quiet=True)

@@ -62,6 +62,7 @@ def test_json_that_is_refused(write, content, found):
         ("a = = 1", "a damaged file, no TOML"),
         (b"a = '\xff'", "a damaged file, no TOML ('utf-8' codec can't decode byte 0xff"),
         ("a = " + "[" * 100_000, "lists and tables that lie too deep"),
+        (".".join("a" * 100_000) + " = 1", "lists and tables that lie too deep"),
         ("a = " + "9" * 5000, "a damaged file, no TOML"),
         ("a = 2026-13-01", "a damaged file, no TOML"),
         ("a.b = nan", "a damaged file, no TOML (nan, no finite number)"),

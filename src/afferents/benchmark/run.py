@@ -54,7 +54,7 @@ def run(
     quiet: bool = False,
     device: Device = "auto",
 ) -> list[Entry]:
-    """Train and test models on a task, and write an entry of each to ``OUT/entries``.
+    """Train and test models on a task, also under controls, and write a line for each.
 
     What is finished in the folder is kept. Each model is trained five times as often as folds are:
     on the recordings as they are, and under each control.
@@ -62,15 +62,23 @@ def run(
     Parameters
     ----------
     task
-        Its name, a TOML file of one's own, or a `Task`.
+        Name of a task, or a TOML file of your own. In Python a `Task`.
     models
-        As of `afferents.evaluate`; ``chance`` and ``nearest`` as well.
+        Names, comma-separated, 'chance' and 'nearest' among them; FILE.py:NAME for one of your own.
     out
         Folder for results and entries.
     data
-        Where the task's data set is; None for ``data/NAME`` in the current folder.
-    preset, seeds, workers, quiet, device
-        As of `afferents.evaluate`.
+        Folder of the task's data set (default: data/NAME in the current folder).
+    preset
+        How networks are trained; see 'evaluate'.
+    seeds
+        How many seeds each model is trained with. In Python also which.
+    workers
+        Processes to run in parallel (default: one per core).
+    quiet
+        No progress bars; plain lines on stderr.
+    device
+        Where networks are trained; 'auto' takes a GPU if there is one.
 
     Returns
     -------

@@ -219,17 +219,24 @@ def find_task(wanted: str) -> Task:
     return there[wanted]
 
 
-def seal(path: Path, data: Path | None = None) -> Asked:
-    """Write into a task's file what it tests when, and return that.
+def seal(task: Path, data: Path | None = None) -> Asked:
+    """Write into a task's file which recordings it tests when, so that others test on the same.
+
+    Parameters
+    ----------
+    task
+        TOML file of a task of your own.
+    data
+        Folder of the task's data set (default: data/NAME in the current folder).
 
     Raises
     ------
     InputError
         If the file is no task, or its data can't be read.
     """
-    task = Task.read(path, path.stem)
-    found = task.asked_of(*task.opened(task.source(data)))
-    write_text(path, with_seal(path.read_text(encoding="utf-8"), found.folds, found.fingerprint))
+    read = Task.read(task, task.stem)
+    found = read.asked_of(*read.opened(read.source(data)))
+    write_text(task, with_seal(task.read_text(encoding="utf-8"), found.folds, found.fingerprint))
     return found
 
 

@@ -1,5 +1,5 @@
-"""The command line: one function a command, each a thin call of the package's function."""
+"""The command line: every command is a function of the package."""
 
-from afferents.cli.program import app, main
+from afferents.cli.program import main, run
 
-__all__ = ["app", "main"]
+__all__ = ["main", "run"]

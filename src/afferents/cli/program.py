@@ -1,62 +1,210 @@
-"""The commands together, and the program that runs them."""
+"""The commands, each by its function, and the program that runs one."""
 
 import sys
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-import typer
+from cyclopts import App, CycloptsError, Group
 
-from afferents.cli.benchmark import benchmark
+from afferents.cli.command import Command, sentence_of
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
-from afferents.cli.evaluation import evaluate, report, status
-from afferents.cli.exchange import export_lerobot, export_mcap, view
-from afferents.cli.live import live
-from afferents.cli.models import explain, export, train
-from afferents.cli.neuro import export_nwb, neural
-from afferents.cli.options import Commands
-from afferents.cli.recorder import devices, import_, record
-from afferents.cli.recordings import align, calibrate, extract, fetch, init, inspect, track
-from afferents.cli.reproduction import doctor, reproduce
-from afferents.cli.rig import drum, simulate
+from afferents.cli.signatures import first_line
+from afferents.errors import InputError
 from afferents.progress import flush_streams, prepare_streams, silence_libraries
 from afferents.stopping import ignore_signals_briefly, stop_on_signals
 
-app = typer.Typer(
-    cls=Commands,
-    help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    epilog="Add --debug to any command to see the traceback of an error.",
-)
+FPS, TRACKER = {"fps_hz": "--fps"}, {"method": "--tracker"}
+EVALUATION = "afferents.evaluation.options:EvaluationOptions"
+EXTRACT = "afferents.extraction.extract:extract"
+
+_GROUPS: Mapping[str, Sequence[Command]] = {
+    "Recordings": (
+        Command(
+            "record", "afferents.cli.lab:record", words=("plan", "session"), several=("again",)
+        ),
+        Command(
+            "import",
+            "afferents.recorder.importing:import_recording",
+            words=("video", "audio"),
+            flags={
+                "speed_mm_s": "--speed",
+                "audio_start_s": "--audio-start",
+                "audio_rate_hz": "--audio-rate",
+            },
+        ),
+        Command("fetch", "afferents.recordings.fetch.fetch:fetch"),
+        Command(
+            "simulate",
+            "afferents.rig.simulate:simulate",
+            several=("height_maps",),
+            flags={
+                "speeds_mm_s": "--speeds",
+                "height_maps": "--height-map",
+                "indentation_mm": "--indentation",
+            },
+            shown=(
+                "preset",
+                "textures",
+                "speeds_mm_s",
+                "seconds",
+                "nuisances",
+                "seed",
+                "sensor",
+                "workers",
+                "quiet",
+            ),
+        ),
+        Command("init", "afferents.inspection.init:init_session"),
+        Command("inspect", "afferents.inspection.inspect:inspect", flags=FPS),
+    ),
+    "Afferents": (
+        Command(
+            "calibrate",
+            "afferents.inspection.calibrate:calibrate_sensor",
+            words=("videos",),
+            several=("videos",),
+        ),
+        Command("track", "afferents.extraction.track:track_into", flags=FPS | TRACKER),
+        Command("extract", EXTRACT, several=("accept",), flags=FPS | TRACKER),
+        Command("align", "afferents.extraction.align:align", several=("recordings",)),
+        Command("live", "afferents.cli.lab:live", words=(), several=("model",)),
+    ),
+    "Texture": (
+        Command(
+            "evaluate",
+            "afferents.evaluation.evaluate:evaluate",
+            words=("data",),
+            several=("data", "without"),
+            shown=(
+                "out",
+                "models",
+                "protocol",
+                "preset",
+                "split",
+                "held_out",
+                "seeds",
+                "workers",
+                "quiet",
+            ),
+            takes=(EVALUATION,),
+        ),
+        Command("report", "afferents.cli.results:report", several=("results",)),
+        Command("status", "afferents.cli.results:status"),
+        Command(
+            "reproduce",
+            "afferents.reproduction.reproduce:reproduce",
+            several=("accept", "without"),
+            flags=FPS | TRACKER,
+            shown=("session", "like", "size", "sensor", "models", "held_out", "workers", "quiet"),
+            takes=(EXTRACT, EVALUATION),
+        ),
+        Command("discrepancies", "afferents.cli.results:discrepancies"),
+        Command(
+            "train",
+            "afferents.evaluation.train:train",
+            shown=("model", "preset", "results", "split", "seed", "force", "quiet"),
+            takes=("afferents.evaluation.options:TrainingOptions",),
+        ),
+        Command("explain", "afferents.reporting.explain:explain", words=("model", "data")),
+        Command("export", "afferents.models.export:export"),
+        Command("benchmark", "afferents.cli.results:benchmark"),
+        Command("benchmark run", "afferents.benchmark.run:run", words=("task",)),
+        Command("benchmark table", "afferents.cli.results:benchmark_table", words=("folder",)),
+        Command("benchmark seal", "afferents.benchmark.tasks:seal"),
+    ),
+    "Other programs and sciences": (
+        Command("neural", "afferents.neuro.neural:neural", words=("store",)),
+        Command("export-nwb", "afferents.neuro.nwb.export:export_nwb"),
+        Command(
+            "export-mcap",
+            "afferents.exchange.bags:export_mcap",
+            several=("recordings",),
+            flags={"recordings": "--recording"},
+        ),
+        Command("export-lerobot", "afferents.exchange.lerobot:export_lerobot"),
+        Command("view", "afferents.exchange.viewer:view", words=("source", "recording")),
+        Command("drum", "afferents.rig.drums:write_drum", flags={"bore_mm": "--bore"}),
+    ),
+    "This machine": (
+        Command("devices", "afferents.cli.lab:devices"),
+        Command("doctor", "afferents.cli.lab:doctor"),
+    ),
+}
+COMMANDS = {one.name: one for group in _GROUPS.values() for one in group}
+"""By name."""
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        from afferents.version import __version__
+def app_of(arguments: Sequence[str]) -> App:
+    """Return the program as cyclopts reads it; only the command that is called is made whole."""
+    called = name_in(arguments)
+    app = App(
+        name="afferents",
+        help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
+        help_epilogue="Add --debug to any command to see the traceback of an error.",
+        help_format="plaintext",
+        version=_version,
+    )
+    completes = bool(arguments) and arguments[0] == "--install-completion"
+    for place, (title, commands) in enumerate(_GROUPS.items()):
+        group = Group(title, sort_key=place)
+        for order, command in enumerate(commands):
+            parent, _, last = command.name.rpartition(" ")
+            if completes or command.name == called:
+                one = command.app(group, "--help-all" in arguments, "--config" in arguments)
+            else:
+                about = first_line(command.function)
+                one = App(last, about, group=group, version_flags=())
+            one.sort_key = order
+            (app[parent] if parent else app).command(one)
+    if completes:
+        app.register_install_completion_command()
+    return app
 
-        print(__version__)  # noqa: T201
-        raise typer.Exit
+
+def _version() -> str:
+    from afferents.version import __version__  # which looks packages up
+
+    return __version__
 
 
-@app.callback()
-def _afferents(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
-    """Turn recordings of a soft tactile fingertip into afferents, and learn texture from them."""
+def name_in(arguments: Sequence[str]) -> str:
+    """Return the name of the command that arguments begin with; empty if there is none."""
+    names = [" ".join(arguments[:n]) for n in (2, 1)]
+    return next((name for name in names if name in COMMANDS), "")
 
 
-for _command in (
-    *(fetch, record, init, inspect, calibrate, track, simulate, drum, extract),
-    *(evaluate, report, status),
-    *(train, explain, export, align, live, neural, export_nwb, export_mcap, export_lerobot, view),
-    *(reproduce, devices, doctor),
-):
-    app.command()(_command)
+def given_in(arguments: Sequence[str]) -> dict[str, Any] | None:
+    """Return what the command that is called is given, by name; None if help was printed instead.
+
+    Raises
+    ------
+    InputError
+        If it makes no sense.
+    """
+    app, name = app_of(arguments), name_in(arguments)
+    if name and "--help-all" in arguments:
+        app.help_print(name.split())
+        return None
+    try:
+        call, given, _ = app.parse_args(list(arguments), print_error=False, exit_on_error=False)
+    except CycloptsError as error:
+        raise InputError(sentence_of(error, name)) from error
+    found: dict[str, Any] | None = call(*given.args, **given.kwargs)
+    return found
 
 
-app.command("import")(import_)
-app.add_typer(benchmark, name="benchmark")
+def run(arguments: Sequence[str]) -> None:
+    """Run what was typed after ``afferents``.
+
+    Raises
+    ------
+    InputError
+        If it makes no sense.
+    SystemExit
+        If what was looked at is not as it should be.
+    """
+    if (given := given_in(arguments)) is not None:
+        COMMANDS[name_in(arguments)].run(given)
 
 
 def main() -> None:
@@ -66,8 +214,8 @@ def main() -> None:
     debug = "--debug" in sys.argv
     if not debug:
         silence_libraries()
-    arguments = [text for text in sys.argv[1:] if text != "--debug"] or ["--help"]
-    code = exit_code_of(lambda: app(arguments, prog_name="afferents"), debug)
+    arguments = [text for text in sys.argv[1:] if text != "--debug"]
+    code = exit_code_of(lambda: run(arguments), debug)
     ignore_signals_briefly()
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told

@@ -102,7 +102,7 @@ Indices = NDArray[np.int64]
 class Option(NamedTuple):
     """A field of an encoding that the command line offers; stands in the field's annotation.
 
-    Commands that encode offer it without further code: `cli.options` reads it from the class.
+    Commands that encode offer it without further code: `cli.command` reads it from the class.
 
     Attributes
     ----------

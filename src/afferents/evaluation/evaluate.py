@@ -24,20 +24,23 @@ def evaluate(
     quiet: bool = False,
     **options: Any,
 ) -> Results:
-    """Train and test models, one speed, or group of another split, held out at a time.
+    """Train and test models on sliding speeds that they have not been trained on.
+
+    Each speed is held out in turn (a fold): the model trains on the others and is tested on it.
+    With another split it is each trial, or each value of another condition, instead of each speed.
 
     Parameters
     ----------
     data
-        Extracted stores, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
+        Stores that 'extract' wrote, a dataset.toml or fabricslide:PATH. In Python a `DataSet`.
     out
-        Results folder; finished folds in it are kept.
+        Results folder to write; folds that are finished in it are kept.
     models
-        Names, `Model` objects of your own, or both; ``all`` for the six of the paper's Table 1,
-        without those that the data don't support, ``best`` for what we recommend for such data,
-        ``all,best`` for these and that.
+        Names, comma-separated: 'all' for the paper's Table 1 (without those that the data don't
+        support), 'best' for what we recommend for such data, FILE.py:NAME for one of your own. In
+        Python a `Model`.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
     options
         What else is chosen: the fields of `afferents.evaluation.options.EvaluationOptions`, such
         as ``preset="quick"``, ``held_out=[20, 50]`` (mm/s) or ``split="trial"``, and options of

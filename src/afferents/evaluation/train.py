@@ -347,24 +347,28 @@ def train(
     quiet: bool = False,
     **options: Any,
 ) -> Card:
-    """Train one model for use, on all speeds but the one that calibrates it.
+    """Train one model for use, not for a test.
+
+    It learns from all speeds but one, which calibrates its probabilities. With another split a
+    trial calibrates it, or a value of another condition, instead of a speed.
 
     Parameters
     ----------
     data
-        An extracted store.
+        A store that 'extract' wrote, a dataset.toml or fabricslide:PATH. In Python a `DataSet`.
     out
-        Folder of the model to write.
+        Folder to write the model to.
     model
-        A name, a `Model` of your own, or ``best``.
+        Its name; 'best' is what we recommend for such data; FILE.py:NAME is one of your own. In
+        Python a `Model`.
     seed
-        Of the training.
+        Random seed of the training.
     results
-        Results folder whose scores the model's card is to carry.
+        Results of 'evaluate', whose accuracy the model's card is to state.
     force
-        Whether a model that was written there before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
     options
         What else is chosen: the fields of `afferents.evaluation.options.TrainingOptions`, such as
         ``preset="quick"``, and options of the encoding. With ``split="trial"`` a trial calibrates

@@ -51,19 +51,20 @@ def export_mcap(
     Parameters
     ----------
     source
-        A session, or a store, which has no pictures.
+        A session, or a store that 'extract' wrote, which has no pictures.
     out
-        Folder to write; in it a folder a recording, with an ``.mcap`` file.
+        Folder to write; in it a bag for each recording.
     store
-        Of a session: the store that was extracted from it.
+        Store that was extracted from the session: its markers and responses are written beside the
+        pictures.
     recordings
-        Names such as ``4/60``; none for all.
+        Name of a recording, such as 4/60 (default: all); may be repeated.
     quality
-        Of JPEGs, 1 to 100. Those that the camera gave go into the bag byte for byte.
+        Of JPEGs, 1 to 100, where the camera gave none; its own are kept byte for byte.
     percepts
-        File with what ``afferents live --json`` said of the one recording that is named.
+        File with what 'live --json' said of the one recording that is named.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------

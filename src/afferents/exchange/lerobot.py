@@ -70,13 +70,13 @@ def export_lerobot(
     Parameters
     ----------
     store
-        As `extract` writes it.
+        A store that 'extract' wrote.
     out
         Folder to write.
     session
-        The folder that the store was extracted from, for its videos; None for no pictures.
+        Session folder that the store was extracted from, for its videos.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------

@@ -19,20 +19,20 @@ def view(
     source: Place, recording: str | None = None, store: Place | None = None,
     save: Place | None = None,
 ) -> dict[str, int]:  # fmt: skip
-    """Show a recording in rerun's viewer: camera and markers, SA-I, RA-I, sound, drum, on one time.
+    """Show a recording in rerun's viewer: camera, markers, SA-I, RA-I, sound and drum on one time.
 
     Needs the extra ``view``.
 
     Parameters
     ----------
     source
-        A session, or a store, which has no pictures of the camera.
+        A session, or a store that 'extract' wrote, which has no pictures of the camera.
     recording
-        Its name, such as ``4/60``; None for the first.
+        Its name, such as 4/60 (default: the first).
     store
-        Of a session: the store that was extracted from it, for markers and responses.
+        Store that was extracted from the session: adds markers and responses.
     save
-        New file to write, which ``rerun FILE`` shows later; None to open the viewer.
+        New file (.rrd) to write for 'rerun FILE', instead of opening the viewer.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from scipy.signal import butter, resample, sosfiltfilt
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.markers.sensor import Sensor
+from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
@@ -198,17 +198,29 @@ class Alignment(NamedTuple):
         ]
 
 
-def align(folders: Sequence[Path], sensor: Sensor, progress: Progress) -> Alignment:
-    """Measure the offset of microphone and camera in each recording, and their mean.
+def align(
+    recordings: Sequence[Path], sensor: str | Path | Sensor = "tip_b", quiet: bool = False
+) -> Alignment:
+    """Measure the time offset between microphone and camera, for 'live --audio-offset-ms'.
+
+    Parameters
+    ----------
+    recordings
+        Recordings of touches on something smooth: folders of mp4 and wav.
+    sensor
+        Sensor file (TOML), or the name of a packaged one.
+    quiet
+        No progress bars; plain lines on stderr.
 
     Raises
     ------
     InputError
         If a recording lacks video or audio, or shows no touch whose sound is that of the skin.
     """
-    found = [
-        _offset(folder, sensor) for folder in progress.track(folders, "aligning", len(folders))
-    ]
+    given = sensor_in(sensor)
+    with Progress(quiet) as progress:
+        folders = progress.track(recordings, "aligning", len(recordings))
+        found = [_offset(folder, given) for folder in folders]
     offsets = np.array([1000 * offset.seconds for offset in found])
     error = float(offsets.std(ddof=1) / np.sqrt(len(offsets))) if len(offsets) > 1 else None
     explained = tuple(offset.explained for offset in found)

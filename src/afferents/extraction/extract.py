@@ -380,30 +380,40 @@ def extract(
     quiet: bool = False,
     fps_hz: float | None = None,
 ) -> Extracted:
-    """Turn videos and audio into marker tracks, SA-I, RA-I and RA-II.
+    """Turn the videos and audio of a session into marker tracks, SA-I, RA-I and RA-II.
+
+    Recordings that the store holds already are kept.
 
     Parameters
     ----------
     session
-        Session folder: in the published layout, ``<texture>/<speed>/video.mp4`` and ``audio.wav``,
-        or with a ``session.toml``; or a `Session`, such as `Session.from_table` makes.
+        Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run, or any files that its
+        session.toml names. In Python also a `Session`.
     out
-        Store to write, such as ``S.zarr``; recordings that are in it are kept.
-    sensor, method
-        Whose markers they are (None for what the session file says, else ``tip_b``), and how they
-        are followed.
+        Store (Zarr) to write, such as OUT.zarr.
+    sensor
+        Sensor file (TOML), or the name of a packaged one (default: what the session file names,
+        else tip_b).
+    method
+        How markers are matched from frame to frame; 'published' repeats the reference code, flaws
+        included.
     rest
-        Whether SA-I counts from each recording's own rest frame, or from the ``reference`` clip.
+        Rest positions that SA-I is measured from: of each recording's 'own' rest frame, or of the
+        'reference' clip throw_away.mp4.
     keep_going
-        Whether recordings that can't be read are skipped.
+        Skip recordings that fail, name them, and exit with code 3.
     accept
-        Kinds of what is wrong with a recording that are taken all the same.
-    workers, cluster
-        Processes here (None for one a core), or the address of a Dask scheduler.
+        Keep recordings that fail this check, and mark them; may be repeated. Checks: length,
+        dark, frozen, repeated, loud.
+    workers
+        Processes to run in parallel (default: one per core).
+    cluster
+        Run on a Dask cluster instead, such as tcp://scheduler:8786.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
     fps_hz
-        True frame rate of all videos, where their containers' is wrong: times then count from it.
+        True frame rate of the videos, frames a second, where their files say another; times then
+        count from it (default: what the session file says, else the files).
 
     Returns
     -------

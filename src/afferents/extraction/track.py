@@ -24,30 +24,43 @@ from afferents.store.zarr_store import TRACKS, is_tracks, write_group
 def track_into(
     source: Path,
     out: Path,
-    sensor: Sensor | None,
-    method: Method,
-    progress: Progress,
+    sensor: str | Path | Sensor | None = None,
+    method: Method = "windowed",
     force: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
     fps_hz: float | None = None,
+    quiet: bool = False,
 ) -> list[str]:
-    """Track a video, or all videos of a session, into a store; say how that of one video went.
+    """Track the markers in a video, or in all videos of a session.
 
-    A folder of numbered images is a video, if `fps_hz` is given. A video's store is one that plain
-    xarray reads; a session's is as `extract` writes it, without vibration.
+    Writes their positions, SA-I and RA-I: of a video a store that plain xarray reads, of a session
+    one as 'extract' writes it, without vibration. A folder of numbered images is a video, if its
+    frame rate is given.
 
     Parameters
     ----------
+    source
+        A video (or folder of images), or a session.
+    out
+        Store (Zarr) to write, such as OUT.zarr.
     sensor
-        None for what a session's file says, else ``tip_b``; of a video it is recognised or
-        estimated.
+        Sensor file (TOML) or name (default: recognised from a video; what its file names, else
+        tip_b, for a session).
+    method
+        How markers are matched from frame to frame; 'published' repeats the reference code, flaws
+        included.
     force
-        Whether a video's tracks that were written there before may be replaced.
-    workers, cluster
-        For a session: processes here (None for one a core), or the address of a Dask scheduler.
+        Overwrite a video's tracks that this command wrote there before (nothing else).
+    workers
+        Processes to run in parallel (default: one per core).
+    cluster
+        Run on a Dask cluster instead, such as tcp://scheduler:8786.
     fps_hz
-        True frame rate, where the containers' is wrong.
+        True frame rate of the videos, frames a second, where their files say another; times then
+        count from it (default: what the session file says, else the files).
+    quiet
+        No progress bars; plain lines on stderr.
 
     Raises
     ------
@@ -57,12 +70,14 @@ def track_into(
     PartialFailureError
         If the video can't be decoded to its end; the store holds what came before.
     """
+    given = None if sensor is None else sensor_in(sensor)
     if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(
-            session=source, out=out, sensor=sensor, method=method, workers=workers,
+            session=source, out=out, sensor=given, method=method, workers=workers,
             vibration=False, cluster=cluster, fps_hz=fps_hz,
         )  # fmt: skip
-        extract_session(extraction, progress)
+        with Progress(quiet) as progress:
+            extract_session(extraction, progress)
         return []
     if cluster is not None:
         raise InputError(
@@ -71,9 +86,10 @@ def track_into(
     require_free(out, is_tracks, force=force, reads=[source])
     video = open_clip(source, None if fps_hz is None else rate_in(fps_hz))
     why = ""
-    if sensor is None:
-        sensor, why = recognise_sensor(video)
-    found = tracked(VideoWithProgress(video, progress), sensor, method, keep_partial=True)
+    if given is None:
+        given, why = recognise_sensor(video)
+    with Progress(quiet) as progress:
+        found = tracked(VideoWithProgress(video, progress), given, method, keep_partial=True)
     write_group(out, found.assign_attrs(format=TRACKS))
     if found.attrs["stopped"]:
         kept = f"{found.sizes['time']} frames before that are kept in {out}, marked as stopped"

@@ -22,16 +22,22 @@ _ANY_HZ = 1.0
 
 
 def calibrate_sensor(
-    videos: Sequence[Path], out: Path, pitch_mm: float | None, force: bool = False
+    videos: Sequence[Path], out: Path, pitch_mm: float | None = None, force: bool = False
 ) -> tuple[list[str], Path]:
-    """Write a sensor file and the picture beside it; return sentences and the picture's path.
+    """Measure a new sensor: how its markers look and how they are laid out.
+
+    Writes the sensor file that the other commands take, and a picture beside it to check.
 
     Parameters
     ----------
     videos
-        Clips of one sensor, each beginning at rest.
+        Videos of one sensor, each beginning with the skin at rest.
+    out
+        Sensor file (TOML) to write; a picture is put beside it.
+    pitch_mm
+        Distance between neighbouring markers on the skin, mm, if known.
     force
-        Whether those of an earlier calibration may be replaced.
+        Overwrite what this command wrote there before (nothing else).
 
     Raises
     ------

@@ -135,14 +135,14 @@ class _Found:
 
 
 def init_session(folder: Place, force: bool = False) -> FirstSession:
-    """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
+    """Write a first session.toml, or dataset.toml for tables, and say what was guessed.
 
     Parameters
     ----------
     folder
-        Holds videos of any container, sound, or folders of numbered images; or tables alone.
+        Folder of videos, sound, folders of numbered images, or tables.
     force
-        Whether one that was written so before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
 
     Returns
     -------

@@ -147,25 +147,26 @@ def inspect(
     quiet: bool = False,
     fps_hz: float | None = None,
 ) -> Inspection:
-    """Say what is in a file or session and whether it is sound, and draw pictures of it.
+    """Check a file or a session: what it holds, whether it is sound, and a picture of it.
 
     Parameters
     ----------
     source
-        A video or a folder of numbered images, sound, a session, a store, a ``dataset.toml``,
-        ``fabricslide:PATH``, or a `DataSet` of your own.
+        A video (or folder of images), sound, a session folder, a store, a dataset.toml or
+        fabricslide:PATH. In Python a `DataSet`.
     out
-        Folder for the pictures; None for ``NAME-inspected``.
+        Folder for the pictures (default: NAME-inspected).
     sensor
-        Whose markers to look for.
+        Sensor file (TOML), or the name of a packaged one.
     overlay
-        Video to write with the markers drawn in, such as ``o.mp4``; None for none.
+        Video to write with the tracked markers drawn in, such as o.mp4.
     force
-        Whether one that was written there before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
     fps_hz
-        True frame rate of the video or of a session's, where their containers' is wrong.
+        True frame rate of the videos, frames a second, where their files say another; times then
+        count from it (default: what the session file says, else the files).
 
     Returns
     -------

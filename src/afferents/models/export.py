@@ -21,7 +21,7 @@ _TRIALS = 8
 
 
 def export(model: Place, out: Place, force: bool = False) -> Path:
-    """Write a trained model as one ONNX file, with its card, to classify with live.
+    """Write a trained model, with its card, as one ONNX file: what 'live' takes.
 
     It is written whole or not at all, once it is seen to say the same. The input is `sample`, one
     as the encoding makes it, not scaled, of shape `(1, *shape)`. Outputs are `probabilities` (1,
@@ -33,11 +33,11 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     Parameters
     ----------
     model
-        Folder of a trained model.
+        Folder of a model that 'train' wrote.
     out
-        File to write, ending in ``.onnx``.
+        File to write, such as model.onnx.
     force
-        Whether a model that was exported there before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
 
     Returns
     -------

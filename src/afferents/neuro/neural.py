@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from afferents.choices import words_in
 from afferents.files import (
     Place,
     holds_only,
@@ -188,12 +189,12 @@ def neural(
     out: Place,
     units: str = "izhikevich",
     seed: int = 0,
-    classes: Sequence[str] = ("SA", "RA", "PC"),
+    classes: str | Sequence[str] = "SA,RA,PC",
     window_s: float = WINDOW_S,
     natural: Place | Spikes | None = None,
     quiet: bool = False,
 ) -> NeuralResults:
-    """Turn a store's responses into spikes, and ask of them what is asked of nerve fibres.
+    """Turn responses into spikes, and ask of them what is asked of nerve fibres.
 
     How often units fire; at which temporal resolution, and from how many units, texture is read;
     how rates grow with speed; whether trains stretch with it.
@@ -201,22 +202,22 @@ def neural(
     Parameters
     ----------
     store
-        As `extract` writes it: recordings of two textures and two speeds or more.
+        A store that 'extract' wrote, of two textures and two speeds or more.
     out
-        Folder for tables (CSV), figures (PNG) and `neural.json`.
+        Folder for tables (CSV), figures (PNG) and neural.json.
     units
-        Model of a unit: ``izhikevich`` or ``lif`` (leaky integrate-and-fire).
+        Model of a unit: izhikevich, or lif (leaky integrate-and-fire).
     seed
         Draws how units differ, and which are analysed.
     classes
-        Of afferents, some of SA, RA and PC.
+        Classes of afferents, some of SA, RA and PC.
     window_s
-        Of the stretches that texture is read from, s.
+        Length of the stretches that texture is read from, s.
     natural
-        Recordings of nerve fibres to compare with: a table of spikes or an NWB file, as
-        `read_spikes` reads them, or `Spikes`.
+        Recordings of nerve fibres to compare with: a table of spikes (CSV, Parquet) or an NWB file.
+        In Python also `Spikes`.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------
@@ -240,7 +241,7 @@ def neural(
     require_free(out, holds_only(FACTS, *ours, or_ours=is_our_picture))
     with Progress(quiet) as progress:
         fibres, name = _natural(natural, progress)
-        spikes = spikes_of_store(store, units, seed, classes, progress=progress)
+        spikes = spikes_of_store(store, units, seed, words_in(classes), progress=progress)
         require_conditions(spikes)
         source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
         of_fibres = _beside(spikes, fibres, window_s, seed, source, name)

@@ -43,8 +43,9 @@ _RATES_HZ = 1.0, 5000.0
 
 def import_recording(
     video: Place,
-    audio: Place | None,
-    times: Place | None,
+    audio: Place | None = None,
+    times: Place | None = None,
+    *,
     session: Place,
     texture: str,
     speed_mm_s: float,
@@ -59,25 +60,31 @@ def import_recording(
 
     Parameters
     ----------
-    video, audio
-        Files; `audio` may be None. The frames are not encoded again. Instead of a video it may be
-        a bag of ROS (a rosbag2 folder, an MCAP file or a ``.bag``), which holds times and sound as
-        well; that needs the extra ``mcap``.
+    video
+        Video, whose frames are not encoded again; or a bag of ROS (rosbag2, .mcap, .bag; extra
+        mcap), which holds times and sound too.
+    audio
+        Sound that belongs to it.
     times
-        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames. None
-        of a bag.
+        CSV with a row a frame: time_s, and sequence if frames are numbered. Not of a bag.
     session
-        Folder to write, or to add to.
-    texture, speed_mm_s
-        What was recorded.
+        Session folder to write, or to add to.
+    texture
+        Texture that was recorded.
+    speed_mm_s
+        Its sliding speed, mm/s.
     audio_start_s
-        When the first sample was taken, on the clock of `times`; None for with the first frame.
+        Time of the first sample on the clock of the times, s (default: with the first frame).
     keep
-        Whether it is imported although frames are missing.
-    image_topic, audio_topic
-        Of a bag; None for the only one of pictures, and of sound.
-    audio_rate_hz, audio_channels
-        Of a bag's sound where its messages do not say it; None for 44100 and 1.
+        Import it although frames are missing.
+    image_topic
+        Topic of a bag's pictures (default: the only one).
+    audio_topic
+        Topic of a bag's sound (default: the only one).
+    audio_rate_hz
+        Samples a second of a bag's sound, if it says none (default: 44100).
+    audio_channels
+        Channels of a bag's sound, if it says none (default: 1).
 
     Returns
     -------

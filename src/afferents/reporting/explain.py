@@ -330,7 +330,7 @@ class Asked:
 def explain(
     model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
 ) -> Explanation:
-    """Show what decides: the markers, waves, or frequencies without which a model fails.
+    """Show what a model relies on: the markers, waves or frequencies that it fails without.
 
     Parts of the samples are taken away, one after the other. Squares of three by three markers
     stand still; a wave, or a band of a spectrum, is as it is in the mean of all that is asked. The
@@ -340,15 +340,15 @@ def explain(
     Parameters
     ----------
     model
-        Folder of a trained model.
+        Folder of a model that 'train' wrote.
     data
-        An extracted store.
+        A store that 'extract' wrote, a dataset.toml or fabricslide:PATH. In Python a `DataSet`.
     out
-        Folder for the pictures and ``explanation.json``.
+        Folder for the pictures and explanation.json.
     cut
-        Part of the recordings that is used.
+        Part of each recording to use: 'all' at constant speed, or the 'published' cut.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------

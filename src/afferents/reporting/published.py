@@ -3,8 +3,8 @@
 The figures are carried in `published/*.json`, each with its source. They were measured on the
 published recordings with the published protocol; beside other recordings they are a landmark,
 no target that has or has not been reproduced. Where its text and the authors' code differ, and what
-is done about each here, stands in `published/discrepancies.md`, which `afferents reproduce
---discrepancies` prints and the docs include.
+is done about each here, stands in `published/discrepancies.md`, which `afferents discrepancies`
+prints and the docs include.
 """
 
 import json

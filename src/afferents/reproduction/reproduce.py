@@ -78,24 +78,25 @@ def reproduce(
     quiet: bool = False,
     **options: Any,
 ) -> Results:
-    """Go the whole way, keeping what is finished already: extract, evaluate, report.
+    """Run the paper's experiment from start to end: extract, evaluate, report.
 
-    It first prints what is chosen, where that differs from the authors' code (``published``), and
-    how much there is to do.
+    Prints first what is chosen, where that differs from the authors' code, and how much is to do.
+    What is finished is kept. Unless told otherwise it evaluates the six models of Table 1 as we
+    recommend, and ours beside them.
 
     Parameters
     ----------
     out
-        Folder that holds `session.zarr`, `results` and the report afterwards.
+        Folder to write session, store, results and report to.
     session
-        Recordings in the published layout, or with a ``session.toml``; None to simulate some.
+        Session folder of your own (default: one is simulated).
     like
-        ``published``: tracker, cut, protocol and training as in the paper's code. ``recommended``:
-        as we would do it.
+        'published': tracker, cut, protocol and training as in the paper's code; 'recommended': as
+        we would do it. Any option given beside it overrules it.
     size
-        Of a simulated session.
+        Length of the 130 simulated recordings: 8 s (quick), or the paper's 65 s (paper).
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
     options
         Options of `extract` and `evaluate`, under their names there. One that contradicts `like`
         overrules it, and is named.
@@ -164,7 +165,7 @@ def _describe(like: Like, changes: list[str], remaining: list[str]) -> Iterator[
     if remaining:
         yield f"Where this still differs from the authors' code ({len(remaining)} places):"
         yield from (f"  {line}" for line in remaining)
-        yield "All discrepancies of paper and code: afferents reproduce --discrepancies"
+        yield "All discrepancies of paper and code: afferents discrepancies"
 
 
 def _evaluating(everything: Options) -> EvaluationOptions:

@@ -158,29 +158,35 @@ def height_map(text: str, drum: Drum) -> tuple[str, Surface]:
     return name, read_height_map(Path(file), *size, drum)
 
 
-def write_drum(texture: str, path: Path, bore_mm: float, force: bool = False) -> Path:
-    """Write a drum for a 3-D printer, at its nominal heights.
+def write_drum(texture: str, out: Path, bore_mm: float = 8.0, force: bool = False) -> Path:
+    """Write a textured drum as an STL file for a 3-D printer.
+
+    The diameter of its bumps, 0.36 of their spacing, is a guess: Figure 3 of the paper prints it.
 
     Parameters
     ----------
     texture
-        A letter, a bump spacing in mm, or ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+        Its texture: a letter a to m, a bump spacing in mm, or NAME=FILE,LENGTH_MM,HEIGHT_MM.
+    out
+        STL file to write, such as drum.stl.
+    bore_mm
+        Diameter of the hole for the spindle, mm.
     force
-        Whether a drum that was written there before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
 
     Raises
     ------
     InputError
-        If there is no such drum, the bore leaves no wall, or `path` is not free.
+        If there is no such drum, the bore leaves no wall, or `out` is not free.
     """
-    require_free(path, is_drum, force=force)
+    require_free(out, is_drum, force=force)
     drum = Drum(print_sd_mm=0, patch_sd_mm=0)
     if "=" in texture:
-        write_stl(path, height_map(texture, drum)[1], drum, bore_mm, every=2)
-        return path
+        write_stl(out, height_map(texture, drum)[1], drum, bore_mm, every=2)
+        return out
     spacing = float(texture_name(texture, {}))
     surface = bumped_surface(spacing, drum)
     bump = drum.bump_ratio * spacing / surface.pitch_mm[0]
     every = min(max(int(bump // _SAMPLES_A_BUMP), 1), _COARSEST) if spacing else _COARSEST
-    write_stl(path, surface, drum, bore_mm, every)
-    return path
+    write_stl(out, surface, drum, bore_mm, every)
+    return out

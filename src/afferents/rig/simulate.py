@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from afferents.choices import Nodules, Remount, Size
+from afferents.choices import Nodules, Remount, Size, numbers_in
 from afferents.documents import read_json
 from afferents.errors import InputError
 from afferents.files import (
@@ -185,8 +185,8 @@ def _names_in(textures: Iterable[str]) -> list[str]:
 def simulate(
     session: Place,
     preset: Size = "quick",
-    textures: Iterable[str] = "abcdefghijklm",
-    speeds_mm_s: Iterable[float] | None = None,
+    textures: str | Iterable[str] = "abcdefghijklm",
+    speeds_mm_s: str | Iterable[float] | None = None,
     seconds: float | None = None,
     seed: int = 0,
     height_maps: Sequence[str] = (),
@@ -200,41 +200,48 @@ def simulate(
     cluster: str | None = None,
     quiet: bool = False,
 ) -> RecordingSet:
-    """Simulate the rig: fingertip, drums, camera and microphone, as raw mp4 and wav.
+    """Simulate a session: a fingertip slides over textured drums, filmed and recorded.
+
+    Writes raw mp4 and wav files, as a real rig would.
 
     Parameters
     ----------
     session
-        Folder to write, in the published layout.
+        Session folder to write.
     preset
-        Of 10 speeds: ``quick``, 8 s each, or ``paper``, 65 s each.
+        Length of recordings: 'quick' has 8 s, 'paper' 65 s; both have 10 speeds.
     textures
-        Letters a to m, bump spacings in mm, or names of height maps, in a row or separated by
-        commas in a text; letters may stand without commas.
-    speeds_mm_s, seconds
-        Instead of the preset's.
+        Letters a to m, or names separated by commas: letters, bump spacings in mm, height maps.
+    speeds_mm_s
+        Sliding speeds, mm/s, comma-separated (default: 10, 20, ... 100).
+    seconds
+        Length of each recording, s (default: the preset's).
     seed
-        The same seed gives the same session.
+        Random seed; the same seed gives the same session.
     height_maps
-        Surfaces of your own, each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+        A surface of your own: NAME=FILE,LENGTH_MM,HEIGHT_MM, where FILE is an image or .npy; may be
+        repeated.
     nuisances
-        What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
+        Imperfections of the rig: 'all', 'hard', 'none', or names, with =STRENGTH to set the
+        strength: all,tilt=0.02.
     remount
-        When the fingertip is mounted: once a ``session``, or anew for each ``drum`` or ``run``.
+        When the fingertip is mounted: once a 'session', or anew for each 'drum' or each 'run'.
     reprint
-        Which set of printed drums is used; None for that of the seed's number. Where it is given,
-        it is the condition ``print`` of the recordings: ``evaluate --test-only print=1``.
+        Set of printed drums, 0, 1, ...: each set has printing errors of its own, and is the
+        condition print of the recordings (default: the seed's).
     indentation_mm
-        How deep the fingertip is pressed on, mm; None for the paper's 1 mm. Where it is given, it
-        is a condition of the recordings: ``evaluate A.zarr B.zarr --split indentation_mm``.
+        How deep the fingertip is pressed on, mm, kept as the condition indentation_mm (default: 1,
+        the paper's).
     nodules
-        Whether the skin has its fingerprint's nodules (``on``) or is flat (``off``).
+        Whether the skin has its fingerprint's nodules or is flat.
     sensor
-        Whose pins and picture the rig has.
-    workers, cluster
-        Processes here (None for one a core), or the address of a Dask scheduler.
+        Sensor file (TOML), or the name of a packaged one.
+    workers
+        Processes to run in parallel (default: one per core).
+    cluster
+        Run on a Dask cluster instead, such as tcp://scheduler:8786.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------
@@ -255,7 +262,7 @@ def simulate(
     from afferents.recordings.session import read_session
     from afferents.rig.sensor_rig import rig_of
 
-    speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
+    speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
     given = sensor_in(sensor)
     with Progress(quiet) as progress:
         wanted = simulation_of(

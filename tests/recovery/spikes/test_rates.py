@@ -18,7 +18,7 @@ def store(tmp_path_factory):
     session, store = folder / "session", folder / "session.zarr"
     for command in (("simulate", session, *asked), ("extract", session, store)):
         words = [*map(str, command), "--workers", "1", "--quiet"]
-        cli.app(words, standalone_mode=False)
+        cli.run(words)
     return store
 
 

@@ -2,14 +2,10 @@
 
 import re
 import shlex
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-import click
-import typer
-
-from afferents.cli import app
+from afferents.cli.program import COMMANDS, given_in, name_in
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
@@ -53,13 +49,12 @@ def commands(page):
     return [one.text for one in printed_on(page)]
 
 
-@cache
-def command_line():
-    return typer.main.get_command(app)
-
-
 def understood(text):
-    """Return the context in which `click` would run a command: its name and all its values."""
-    with click.Context(command_line()) as parent:
-        name, command, rest = parent.command.resolve_command(parent, shlex.split(text)[1:])
-        return command.make_context(name, rest, parent=parent)
+    """Return what a command is given by name, as it is parsed."""
+    return given_in(shlex.split(text)[1:])
+
+
+def flags_of(text):
+    """Return the options that a command has."""
+    command = COMMANDS[name_in(shlex.split(text)[1:])]
+    return {command.flag(one) for one in command.arguments}

@@ -9,7 +9,7 @@ import pytest
 
 from ...conftest import few_epochs
 from ...kept import contents
-from .printed import ROOT, WITH_COMMANDS, printed_on, understood
+from .printed import ROOT, WITH_COMMANDS, flags_of, printed_on, understood
 from .things import MAKERS, Things
 
 PLACES = {}
@@ -136,7 +136,7 @@ def run_instead(text):
     for long, short in (*SHORTER, *DEVICES):
         text = re.sub(long, short, text)
     words = shlex.split(text)
-    known = {name for option in understood(text).command.params for name in option.opts}
+    known = flags_of(text)
     added = shlex.split(f"{ADDED.get(words[1], '')} {EVERYWHERE}")
     for option, value in zip(added[::2], added[1::2], strict=True):
         if option in known and option not in words and not split_otherwise(words, option):
@@ -159,7 +159,7 @@ def written(words):
     """Return the files and folders that a command is to write."""
     params = {"out", "save", "overlay", WRITES.get(words[1])}
     params |= {"plan"} if "--example" in words else set()
-    values = understood(shlex.join(words)).params
+    values = understood(shlex.join(words))
     return {str(values[name]) for name in params & set(values)}
 
 

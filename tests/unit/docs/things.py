@@ -64,7 +64,7 @@ class Things:
 
 
 def afferents(*words):
-    cli.app([*map(str, words)], standalone_mode=False)
+    cli.run([*map(str, words)])
 
 
 def simulated(options, things, path):

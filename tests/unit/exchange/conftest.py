@@ -13,5 +13,5 @@ def simulated(tmp_path_factory):
         ["simulate", session, "--textures", "4", "--speeds", "60", "--seconds", "2"],
         ["extract", session, store],
     ):
-        cli.app([*map(str, command), "--workers", "1", "--quiet"], standalone_mode=False)
+        cli.run([*map(str, command), "--workers", "1", "--quiet"])
     return session, store

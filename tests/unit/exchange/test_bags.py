@@ -80,7 +80,7 @@ def test_a_recording_comes_back_as_it_went(rig, tmp_path):
     session, store, bag = rig
     assert sorted(path.name for path in bag.iterdir()) == ["4_60.mcap", "metadata.yaml"]
     back = tmp_path / "back"
-    checks = afferents.import_recording(bag, None, None, back, "4", 60)
+    checks = afferents.import_recording(bag, None, None, session=back, texture="4", speed_mm_s=60)
     assert all(check.passes for check in checks)
     ours, theirs = (packets(root / NAME / "video.mp4") for root in (session, back))
     assert [data for _, data in ours] == [data for _, data in theirs]
@@ -90,7 +90,7 @@ def test_a_recording_comes_back_as_it_went(rig, tmp_path):
     assert sounds[0][1] == sounds[1][1]
     assert json.loads((back / NAME / "run.json").read_text())["imported"] == {"bag": str(bag)}
     command = ["extract", back, tmp_path / "back.zarr", "--workers", "1", "--quiet"]
-    cli.app([*map(str, command)], standalone_mode=False)
+    cli.run([*map(str, command)])
     (before,), (after,) = open_responses(store), open_responses(tmp_path / "back.zarr")
     for name in ("position", "sa1", "ra1", "ra2"):
         np.testing.assert_array_equal(before[name].values, after[name].values)
@@ -242,7 +242,9 @@ def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding
         heard(types, samples, ROS_SOUND_STAMPED), plugin,
         [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, INFO)],
     )  # fmt: skip
-    afferents.import_recording(tmp_path / "bag", None, None, tmp_path / "S", "wool", 20)
+    afferents.import_recording(
+        tmp_path / "bag", None, None, session=tmp_path / "S", texture="wool", speed_mm_s=20
+    )
     video = VideoFile(tmp_path / "S" / "wool" / "20" / "video.mp4")
     frames = [(frame.time_s, frame.image) for frame in video.frames()]
     assert [int(picture.mean()) for _, picture in frames] == list(range(30))
@@ -288,7 +290,7 @@ def refused(bag, tmp_path, *options):
     """Return the sentence with which an import of a bag is refused; nothing is left behind."""
     command = ["import", bag, "--session", tmp_path / "S", "--texture", "4", "--speed", "60"]
     with pytest.raises(InputError) as raised:
-        cli.app([*map(str, command), *options], standalone_mode=False)
+        cli.run([*map(str, command), *options])
     assert not (tmp_path / "S").exists()
     return str(raised.value)
 

@@ -32,7 +32,7 @@ OWN = f"{Path(__file__).parent / 'own_markers.py'}"
 
 
 def told(*arguments):
-    cli.app([str(argument) for argument in arguments], standalone_mode=False)
+    cli.run([str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,7 @@ def trained(stores, tmp_path_factory):
     afferents.train(stores["video"], root / "logistic", model=model, quiet=True)
     for name in ("forest", "nearest", "scaled"):
         command = ["afferents", "train", stores["video"], root / name, "--quiet"]
-        cli.app([*map(str, command[1:]), "--model", f"{OWN}:{name}"], standalone_mode=False)
+        cli.run([*map(str, command[1:]), "--model", f"{OWN}:{name}"])
     return root
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from afferents.cli.rig import drum
 from afferents.rig import NUISANCES, Drum, Rig, bumped_surface
+from afferents.rig.drums import write_drum
 from afferents.store.recording import LETTERS, folder_of
 
 ROOT = Path(__file__).parents[3]
@@ -11,7 +11,7 @@ PAGE = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
 
 
 def test_where_a_drum_is_offered_its_bumps_diameter_is_called_a_guess():
-    for text in (PAGE, drum.__doc__, Drum.__doc__):
+    for text in (PAGE, write_drum.__doc__, Drum.__doc__):
         assert "guess" in text
         assert "Figure 3 of the paper" in " ".join(text.split())
     assert f"d = {Drum().bump_ratio:g} x" in PAGE

@@ -1,5 +1,6 @@
 """Recordings and sets of them, in order, known by their files."""
 
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -28,6 +29,10 @@ def test_a_recordings_checksum_is_of_its_files(tmp_path):
     before = recording.checksum
     path.write_bytes(b"two")
     assert recording.checksum != before
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="audio.wav: expected a file, found a pipe or a device"):
+        recording.checksum  # noqa: B018
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from typing import Any
 from uuid import uuid4
 
 from afferents import dims
+from afferents.choices import words_in
 from afferents.errors import InputError, reading
 from afferents.files import Place, require_free, write_aside
 from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
@@ -42,7 +43,7 @@ def export_nwb(
     session: Place | None = None,
     model: str = "izhikevich",
     seed: int = 0,
-    classes: str | Sequence[str] = ("SA", "RA", "PC"),
+    classes: str | Sequence[str] = "SA,RA,PC",
     sound: bool = True,
     markers: bool = True,
     start_time: str | datetime | None = None,
@@ -56,23 +57,28 @@ def export_nwb(
     Parameters
     ----------
     store
-        As `extract` writes it.
+        A store that 'extract' wrote.
     out
-        File to write, ending in ``.nwb``.
+        File to write, such as session.nwb.
     session
-        The folder that the store was extracted from: its videos are then named in the file, by
-        their paths from there. None for no videos.
-    model, seed, classes
-        Of the units: ``izhikevich`` or ``lif``, how they differ, and some of SA, RA and PC.
-    sound, markers
-        Whether the vibration and the marker tracks are written too.
+        Session folder that the store was extracted from, to name its videos in the file.
+    model
+        Model of a unit: izhikevich, or lif (leaky integrate-and-fire).
+    seed
+        Draws how units of a class differ.
+    classes
+        Classes of units, some of SA, RA and PC.
+    sound
+        Write the vibration, too.
+    markers
+        Write the marker tracks, too.
     start_time
-        When the session began, such as ``2026-03-31T09:30+02:00``; without a zone it is UTC. None
-        for when the store was written.
+        When the session began, such as 2026-03-31T09:30+02:00; without a zone it is UTC (default:
+        when the store was written).
     force
-        Whether a file that was exported there before may be replaced.
+        Overwrite what this command wrote there before (nothing else).
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------
@@ -106,11 +112,10 @@ def export_nwb(
             "and --classes PC"
         )
     of_session = {} if session is None else recordings_of(read_session(session), recordings)
-    names = classes.replace(",", " ").split() if isinstance(classes, str) else classes
     laid = laid_out(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))
-        spikes = artificial_spikes(read, model, seed, names)
+        spikes = artificial_spikes(read, model, seed, words_in(classes))
         nwbfile = _described(store, out, recordings, began, f"{model}, seed {seed}")
         add_units(nwbfile, spikes, add_trials(nwbfile, spikes, laid))
         if of_session:

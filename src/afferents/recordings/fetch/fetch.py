@@ -81,25 +81,25 @@ def fetch(
     manifest: Place | None = None,
     quiet: bool = False,
 ) -> Fetched:
-    """Fetch a public data set; what is here already is checked and kept.
+    """Fetch a public data set, with its size and licence said before it begins.
 
-    What it is, its size and its licence are printed before it begins. Needs the extra `fetch`.
-    After an interruption the same call goes on with the file at which it stopped.
+    Run it again to go on with the file at which it was stopped; what is here already is checked and
+    kept. Needs the extra `fetch`.
 
     Parameters
     ----------
     name
-        ``pestell2022``, the recordings of the paper, ``fabricslide``, ``cluster-haptic-accel`` or
-        ``cluster-haptic-audio``.
+        Data set: pestell2022 (the recordings of the paper), fabricslide, cluster-haptic-accel or
+        cluster-haptic-audio.
     folder
-        Where it goes.
+        Folder that it goes into.
     url
-        Another place where it is: a folder of a web server that lists its files, or, with
-        `manifest`, what the paths in that count from.
+        Another place where it is: a folder of a web server that lists its files, or what the paths
+        of the manifest count from.
     manifest
-        A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
+        List of its files: PATH SHA-256 BYTES a line, or as sha256sum writes.
     quiet
-        Whether no progress is shown.
+        No progress bars; plain lines on stderr.
 
     Returns
     -------

@@ -1,0 +1,239 @@
+"""Commands on devices and this machine: record, live, devices, doctor."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.table import Table
+
+from afferents.cli.command import Output
+from afferents.errors import InputError
+from afferents.models.model import BEST
+from afferents.progress import Progress
+
+DEMO = "demo"
+"""Stands for the models of the simulated rig, which are trained if need be."""
+
+
+def devices() -> Output:
+    """List cameras with their formats and rates, microphones, serial ports and drives."""
+    from afferents.devices.found import find_devices
+
+    found = find_devices()
+    table = Table(show_header=False, box=None)
+    for camera in found.cameras:
+        table.add_row("camera", camera.device, camera.name)
+        for mode in camera.modes:
+            rates = ", ".join(f"{rate:g}" for rate in mode.fps_hz)
+            table.add_row("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}")
+    for one in found.microphones:
+        what = f"{one.name}: {one.channels} channel(s), {one.rate_hz:g} Hz"
+        table.add_row("microphone", one.device, what)
+    for port in found.ports:
+        table.add_row("serial port", port.port, port.name)
+    for drive in found.drives:
+        table.add_row("kind of drive", drive, "")
+    absent = [
+        f"No {name}."
+        for name, there in (
+            ("camera", found.cameras),
+            ("microphone", found.microphones),
+            ("serial port", found.ports),
+        )
+        if not there and not any(note.startswith(name) for note in found.notes)
+    ]
+    return Output(asdict(found), [table, *absent, *found.notes])
+
+
+def doctor() -> Output:
+    """Check this machine: versions, cores, accelerator, codecs, and what is missing."""
+    from afferents.doctor import diagnose
+
+    rows, missing = diagnose()
+    table = Table(show_header=False, box=None)
+    for row in rows:
+        table.add_row(*row)
+    verdict = [f"Missing: {line}" for line in missing] or [
+        "Nothing is missing that every command needs. The extras are for single commands."
+    ]
+    content = {"found": dict(rows), "missing": missing}
+    return Output(content, [table, *verdict], is_bad=bool(missing))
+
+
+def record(
+    plan: Path = Path("PLAN.toml"),
+    session: Path | None = None,
+    dry_run: bool = False,
+    check: bool = False,
+    example: bool = False,
+    again: Sequence[str] = (),
+    web: bool = False,
+    host: str = "127.0.0.1",
+    port: int = 8800,
+    token: str | None = None,
+    quiet: bool = False,
+) -> Output:
+    """Record a session: camera, microphone and drum on one clock.
+
+    Each run is checked; one that lost frames or missed its speed is kept aside and recorded again.
+    Stopped or broken off, the same command goes on where it was.
+
+    Parameters
+    ----------
+    plan
+        Plan (TOML): what is recorded, and with what.
+    session
+        Session folder to write; runs in it are kept.
+    dry_run
+        Record the simulated rig instead, four times as fast as in truth.
+    check
+        Check devices, light, sound, disk and drive alone.
+    example
+        Write a plan to begin with, and record nothing.
+    again
+        Record this run, such as 4/60, although the session holds it; the earlier one is kept aside.
+        May be repeated.
+    web
+        Serve a page with camera, markers, sound, progress, and what to do next.
+    host
+        Address that the page is served at.
+    port
+        Port of the page.
+    token
+        Password for the page; required if other machines can reach it.
+    quiet
+        No progress bars; plain lines on stderr.
+    """
+    import afferents
+
+    if example:
+        from afferents.recorder.plan import write_example
+
+        write_example(plan)
+        then = f"Change it. 'afferents record {plan} REHEARSAL --dry-run' tries it without devices."
+        return Output({"plan": str(plan)}, [f"Plan: {plan}", then])
+    if check:
+        from afferents.recorder.record import ask_in_terminal, make_recorder
+
+        found = make_recorder(plan, dry_run, ask_in_terminal).check(session or Path())
+        lines = [line.describe() for line in found]
+        is_bad = not all(line.passes for line in found)
+        return Output([line.as_json() for line in found], lines, is_bad=is_bad)
+    if session is None:
+        raise InputError(
+            "SESSION: expected a folder to write, found none; name one, or give --check"
+        )
+    page = (host, port, token) if web else None
+    done = afferents.record(plan, session, dry_run, quiet=quiet, web=page, again=again)
+    preflight = [line.as_json() for line in done.preflight]
+    lines = [
+        *(f"Aside: {place} ({why})" for place, why in done.attempts_aside),
+        f"Recorded {len(done.recorded)} runs now; {len(done.remaining)} of the plan are missing.",
+        f"Session{' (simulated)' if dry_run else ''}: {session}",
+    ]
+    content = {**asdict(done), "session": str(session), "preflight": preflight}
+    return Output(content, lines, done.kept_aside)
+
+
+def live(
+    model: Sequence[Path] = (),
+    video: str | None = None,
+    audio: str | None = None,
+    sensor: str | None = None,
+    speed: str = "1",
+    fps: float | None = None,
+    exposure_ms: float | None = None,
+    audio_offset_ms: float = 0.0,
+    web: bool = False,
+    host: str = "127.0.0.1",
+    port: int = 8800,
+    token: str | None = None,
+    lsl: bool = False,
+    as_json: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Look at what a fingertip senses, or classify texture while it slides.
+
+    On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
+    a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are. Exported models
+    say which texture they recognise.
+
+    Parameters
+    ----------
+    model
+        ONNX file that 'export' wrote; may be repeated, to run several side by side; 'demo' for the
+        simulated rig's own (default: no model, look only).
+    video
+        Source of images: camera:0, a video file, replay:SESSION/3/50, rig or rig:g/50.
+    audio
+        Source of sound: mic:default, a sound file, replay:SESSION/3/50, rig or rig:g/50.
+    sensor
+        Without a model: sensor file (TOML) or name (default: markers are found at rest).
+    speed
+        How fast replays run: 1 as recorded, 8 times as fast, or max.
+    fps
+        Without a model: frame rate asked of a camera, or true rate of a recording or a folder of
+        images (default: its own).
+    exposure_ms
+        Exposure time of the camera, ms (default: unchanged).
+    audio_offset_ms
+        How far the microphone's clock is ahead of the camera's, ms; 'align' measures it.
+    web
+        Serve a web page instead of drawing in the terminal.
+    host
+        Address that the page is served at.
+    port
+        Port of the page.
+    token
+        Password for the page; required if other machines can reach it.
+    lsl
+        Also send predictions as streams of Lab Streaming Layer.
+    as_json
+        Print predictions as JSON, one per line.
+    quiet
+        No progress bars; plain lines on stderr.
+    """
+    from afferents.choices import speed_factor
+    from afferents.live.events import Wanted
+    from afferents.live.network import Network
+    from afferents.live.outlets import give_out
+    from afferents.live.pipeline import LivePipeline
+    from afferents.live.sources import images_of, open_sources
+    from afferents.markers.sensor import load_sensor
+    from afferents.recordings.session_file import rate_in
+
+    factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
+    if model and sensor:
+        raise InputError(
+            f"--sensor: expected none beside --model, which carries its own, found {sensor}"
+        )
+    if model and fps is not None:
+        raise InputError(f"--fps: expected none beside --model, which has its own, found {fps:g}")
+    if model:
+        paths = _demo(video, audio, quiet or as_json) if list(model) == [Path(DEMO)] else model
+        pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
+        sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
+    else:
+        fps_hz = None if fps is None else rate_in(fps)
+        images = images_of(video, load_sensor(sensor) if sensor else None, fps_hz)
+        wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
+        sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
+        pipeline = LivePipeline.without_models(sources, images, offset_s)
+    give_out(sources, pipeline, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+
+
+def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:
+    """Return exported models for sources of the simulated rig; they are trained if need be."""
+    from afferents.reproduction.demo import demo_models
+
+    named = [source for source in (video, audio) if source is not None]
+    if not named or any(not source.startswith("rig") for source in named):
+        raise InputError(
+            f"--model {DEMO}: expected sources of the simulated rig, such as --video rig, found "
+            f"{', '.join(named) or 'none'}; run 'afferents train' and 'afferents export' for "
+            "others"
+        )
+    with Progress(quiet) as progress:
+        both = demo_models(Path("out/live"), progress)
+    kinds = dict(zip(BEST, (video, audio), strict=True))
+    return [path for path in both if kinds[path.stem] is not None]

@@ -1,0 +1,98 @@
+"""Commands on folders of results: status, report, and those of the benchmark that only read."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from afferents.choices import Figures
+from afferents.cli.command import Output
+
+
+def status(results: Path) -> Output:
+    """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends.
+
+    Parameters
+    ----------
+    results
+        Folder that 'evaluate' or 'reproduce' writes, running or not.
+    """
+    from afferents.reporting.tables import make_table
+    from afferents.reproduction import run_folder
+
+    found = run_folder.status(results)
+    table = make_table("", "", ("model", "protocol", *run_folder.STATES), found.rows, n_headers=2)
+    return Output(found.facts, [table, *found.sentences])
+
+
+def report(results: Sequence[Path], figures: Figures = "report", quiet: bool = False) -> Output:
+    """Write a page (report.html) with tables and figures for each results folder.
+
+    With several folders, their accuracies are also put side by side in one table.
+
+    Parameters
+    ----------
+    results
+        Results folders that 'evaluate' wrote.
+    figures
+        How the paper's figures are drawn: as suits what was evaluated ('report'), or as they are
+        printed, 7 to 13 ('paper').
+    quiet
+        No progress bars; plain lines on stderr.
+    """
+    import afferents
+    from afferents.reporting.report import compare_runs
+
+    table, written = compare_runs(results)  # which refuses some, before minutes of drawing
+    pages = [afferents.report(folder, quiet, figures) for folder in results]
+    content = {"reports": [str(page) for page in pages], "table": str(written)}
+    return Output(content, [table, *(f"Report: {page}" for page in pages), f"Table: {written}"])
+
+
+def discrepancies() -> Output:
+    """List where the paper's text and its code differ, and what is done here."""
+    from afferents.reporting import published
+
+    text = published.discrepancies()
+    return Output({"discrepancies": text}, [text])
+
+
+def benchmark() -> Output:
+    """Compare models of texture on tasks that are the same for all: list tasks and their data.
+
+    Of the data it says what they are, what is here, what to fetch, and the licence.
+    """
+    from afferents.benchmark.tasks import FOLDER, all_tasks, data_infos
+
+    there, infos = all_tasks(), data_infos()
+    lines = ["Tasks (afferents benchmark run TASK --models MODEL,FILE.py:NAME)"]
+    lines += [f"  {name:<25} {task.title}" for name, task in there.items()]
+    lines += ["", "Data"]
+    for name, info in infos.items():
+        where = FOLDER / name
+        here = "made when it is needed" if info.made else info.get.format(folder=where)
+        here = f"in {where}" if where.is_dir() else here
+        lines += [f"  {name}: {info.title}", f"    {info.size}; licence: {info.licence}; {here}"]
+    content = {
+        "tasks": {name: task.model_dump() for name, task in there.items()},
+        "data": {name: info.model_dump() for name, info in infos.items()},
+    }
+    return Output(content, lines)
+
+
+def benchmark_table(folder: Path = Path("benchmark"), out: Path | None = None) -> Output:
+    """Gather all entries of a folder into a table for each task.
+
+    Parameters
+    ----------
+    folder
+        Folder that 'benchmark run --out' wrote, or of entries.
+    out
+        Folder for table.md, table.csv and table.html.
+    """
+    from afferents.benchmark import read_entries
+    from afferents.benchmark.entries import tables_by_task, write_table
+
+    entries = read_entries(folder)
+    written = write_table(entries, out) if out else []
+    content = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
+    lines = [*tables_by_task(entries), *(f"Written: {path}" for path in written)]
+    return Output({"entries": content}, lines)
