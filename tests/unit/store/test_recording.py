@@ -31,7 +31,7 @@ def test_a_recordings_checksum_is_of_its_files(tmp_path):
     assert recording.checksum != before
     path.unlink()
     os.mkfifo(path)
-    with pytest.raises(InputError, match="audio.wav: expected a file, found a pipe or a device"):
+    with pytest.raises(InputError, match="expected a file, found a pipe"):
         recording.checksum  # noqa: B018
 
 
