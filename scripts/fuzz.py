@@ -1584,7 +1584,7 @@ def judged(folder, one, done, before):
         and one.args
     ):
         wrong.append("refused without a sentence")
-    if re.search(r"No such (option|command)", done.err) and "unknown" not in one.name:
+    if re.search(r"Unknown (option|command)", done.err) and "unknown" not in one.name:
         wrong.append("the option or command is gone: adapt the case")
     if done.peak > LIMIT_BYTES:
         wrong.append(f"{done.peak / 2**30:.1f} GB")
