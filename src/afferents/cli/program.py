@@ -140,7 +140,8 @@ def app_of(arguments: Sequence[str]) -> App:
     app = App(
         name="afferents",
         help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
-        help_epilogue="Add --debug to any command to see the traceback of an error.",
+        help_epilogue="Add --debug to any command to see the traceback of an error. 'afferents "
+        "--install-completion' lets the shell complete commands and options.",
         help_format="plaintext",
         version=_version,
     )
