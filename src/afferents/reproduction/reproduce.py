@@ -92,7 +92,7 @@ def reproduce(
         Session folder of your own (default: one is simulated).
     like
         'published': tracker, cut, protocol and training as in the paper's code; 'recommended': as
-        we would do it. Any option given beside it overrules it.
+        we would do it, with the defaults that are listed here. Any option given overrules it.
     size
         Length of the 130 simulated recordings: 8 s (quick), or the paper's 65 s (paper).
     quiet
