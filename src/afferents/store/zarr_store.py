@@ -228,9 +228,20 @@ def open_responses(store: str | Path) -> list[Responses]:
     store = Path(store)
     names = sorted(store_config(store)["recordings"], key=Path)
     opened = [_open(store, name) for name in names if (store / name / ROOT).is_file()]
+    _require_known(store, names)
     if not opened:
         raise InputError(f"{store}: expected at least one recording, found none; extract again")
     return sorted(opened, key=_place)
+
+
+def _require_known(store: Path, names: Sequence[str]) -> None:
+    """Refuse a store with groups beside its recordings, such as one that was copied by hand."""
+    known = {store / name for name in names}
+    folders = {one for path in known for one in path.parents if one.is_relative_to(store)}
+    for group in sorted(path.parent for one in folders for path in one.glob(f"[!.]*/{ROOT}")):
+        if group not in known | folders:
+            expected = "a recording that the store names, as 'extract' writes it"
+            raise InputError(f"{group}: expected {expected}, found another; remove it")
 
 
 def open_whole(store: str | Path) -> list[Responses]:

@@ -11,6 +11,7 @@ from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.files import checksum
 from afferents.store import integrity
+from afferents.store.zarr_store import open_responses
 
 NO_GRID = {"name": "regular", "configuration": {"chunk_shape": [0, 1]}}
 ALONE = ("--quiet", "--workers", 1)
@@ -208,3 +209,10 @@ def test_the_same_recordings_are_no_repetition(does, store, session, tmp_path):
     does("extract", session, tmp_path / "other.zarr", *ALONE)
     with pytest.raises(InputError, match="expected a recording of its own, found a copy of 1:"):
         open_data([str(store), str(tmp_path / "other.zarr")])
+
+
+def test_a_recording_that_was_copied_by_hand_is_refused(stores, tmp_path):
+    store = shutil.copytree(stores["video"], tmp_path / "s.zarr")
+    shutil.copytree(store / "1/20", store / "1/25")
+    with pytest.raises(InputError, match="1/25: expected a recording that the store names"):
+        open_responses(store)
