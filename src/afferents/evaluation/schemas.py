@@ -8,7 +8,7 @@ stand beside those that are listed.
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.choices import Cut
 from afferents.documents import as_form, read_json
@@ -318,6 +318,12 @@ class Summary(Schema):
     def split(self) -> Split:
         """What was held out."""
         return split_named(self.split_name)
+
+    @model_validator(mode="after")
+    def _says_what_was_held_out(self) -> Self:
+        if not self.held_out:
+            raise ValueError("speeds_mm_s must be given, or groups")
+        return self
 
     @property
     def held_out(self) -> list[Group]:

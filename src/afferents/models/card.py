@@ -187,7 +187,7 @@ class Card(BaseModel):
         Speeds that the weights learnt from; the whole speed that chose the weights, temperature
         and limit, and the accuracy at it.
     validation_ci95
-        Its 95% interval over recordings; None in earlier cards.
+        Its 95% interval over recordings.
     split, learnt_from, validated_on
         Where not a speed but another split's group chose them: the split, and the same of it.
     steady_s
@@ -210,7 +210,7 @@ class Card(BaseModel):
     estimator: tuple[str, ...] | None = None
     own: bool = False
     textures: tuple[str, ...] = Field(min_length=2)
-    named_by_spacing: bool = _unsaid(False)
+    named_by_spacing: bool
     channel: str
     encoding: dict[str, Any]
     shape: tuple[Size, ...] = Field(min_length=1, max_length=4)
@@ -218,7 +218,7 @@ class Card(BaseModel):
     scale: float = Field(gt=0)
     temperature: float = Field(default=1.0, gt=0)
     evidence_per_s: float = Field(default=1.0, gt=0)
-    most_sure: Share = _unsaid(1.0)
+    most_sure: Share
     sensor: dict[str, Any] | None = None
     unlike_live: tuple[str, ...] = _unsaid(())
     fps_hz: float | None = Field(default=None, gt=0)
@@ -236,7 +236,7 @@ class Card(BaseModel):
     recipe: dict[str, Any] = _unsaid({})
     statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share
-    validation_ci95: Shares | None = _unsaid(None)
+    validation_ci95: Shares
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
     versions: dict[str, str]
@@ -331,9 +331,9 @@ class Card(BaseModel):
 
         Evaluations say it, where there were any, else the speed that nothing was learnt from.
         """
-        chance, accuracy = 1 / len(self.textures), self.validation_accuracy
-        own = self.validation_ci95 or (accuracy, accuracy)
-        held = [ends for ends in [one.ci95 for one in self.scores] or [own] if ends[0] <= chance]
+        chance = 1 / len(self.textures)
+        intervals = [one.ci95 for one in self.scores] or [self.validation_ci95]
+        held = [ends for ends in intervals if ends[0] <= chance]
         if not held:
             return []
         low, high = (100 * end for end in held[0])

@@ -23,7 +23,10 @@ CONTENT = {
     "seed": 0,
     "learnt_from_mm_s": [40, 60],
     "validated_on_mm_s": 50.0,
+    "named_by_spacing": False,
+    "most_sure": 0.9,
     "validation_accuracy": 0.75,
+    "validation_ci95": [0.6, 0.9],
     "data": [
         {
             "source": "Z\udcff",
@@ -73,19 +76,18 @@ SCORE = {
     [
         ((0.34, 1.0), None, "guessing (50.0%): the 95% interval is [34.0, 100.0]."),
         ((0.6, 0.9), None, ""),
-        (None, None, ""),  # an earlier card, 75% right
         ((0.34, 1.0), (0.7, 1.0), ""),  # an evaluation says more than one speed
         ((0.6, 0.9), (0.0, 1.0), "guessing (50.0%): the 95% interval is [0.0, 100.0]."),
     ],
 )
 def test_a_card_says_that_nothing_was_learnt_if_an_interval_holds_chance(validation, score, said):
     scores = [{**SCORE, "ci95": score}] if score else []
-    text = " ".join(Card(**CONTENT, validation_ci95=validation, scores=scores).describe())
+    text = " ".join(Card(**CONTENT | {"validation_ci95": validation, "scores": scores}).describe())
     assert ("Nothing was learnt that can be told from guessing" in text) == bool(said)
     assert said in text
 
 
 def test_only_textures_named_by_their_spacing_have_bumps():
     content = CONTENT | {"sensor": {"pitch_mm": 2.0}}
-    assert "bumps of 3" in " ".join(Card(**content, named_by_spacing=True).describe())
+    assert "bumps of 3" in " ".join(Card(**content | {"named_by_spacing": True}).describe())
     assert "bumps" not in " ".join(Card(**content).describe())
