@@ -945,7 +945,7 @@ def fabricslides():
         "bom": lambda p: put(p, b"\xef\xbb\xbf" + p.read_bytes()), "semicolons": lambda p: put(p, p.read_bytes().replace(b",", b";")),
         "two rows": lines(lambda r: r[:3]), "speed 0": lambda p: p.rename(p.with_name("Linen_F120_V0mmps_1.csv")),
     }.items():
-        fine = EITHER if name in ("row twice", "crlf", "negative", "bom", "huge", "float", "1e5") else REFUSE
+        fine = EITHER if name in ("row twice", "crlf", "negative", "bom", "huge", "float", "1e5", "utf-16") else REFUSE
         case(f"fabricslide {name}", "evaluate", "fabricslide:F", "--out", "R", "--models", "ridge-te", "--workers", "1", "--quiet",
              make=copied(change), want=fine)
     case("fabricslide keep-going", "evaluate", "fabricslide:F", "--out", "R", "--models", "ridge-te", "--workers", "1", "--quiet",

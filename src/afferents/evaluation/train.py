@@ -136,7 +136,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         own=MODELS.get(model.name) is not model,
         sample_dims=tuple(map(str, samples.dims[1:])),
         textures=tuple(textures_of(samples)),
-        **named_by_spacing(recordings),
+        named_by_spacing=bool(named_by_spacing(recordings)),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=options.preset if learns_in_a_loop(model) else None,
