@@ -1277,7 +1277,7 @@ def options():
                      want=EITHER if loose or tiny or alone else REFUSE)
     for value in ("", ",", "x", "ra-se,x", "fusion"):
         case(f"evaluate --models {value!r}", *evaluate, "--models", value, make=store, out=["R"])
-    for flag, values in {"--model": ("", "x", "all", "fusion", "ra-se,sa-se"), "--frames": ("0", "1", "100000"),
+    for flag, values in {"--model": ("", "x", "all", "fusion", "ra-se,sa-se"), "--frames": ("0", "100000"),
                          "--seed": ("-1", "99999999999999999999999"), "--results": ("no", "Z")}.items():
         for value in values:
             case(f"train {flag} {value!r}", "train", "Z", "M", "--quiet", flag, value, make=store, out=["M"])

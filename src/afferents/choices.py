@@ -1,5 +1,6 @@
 """What may be chosen by name or number, spelled once for commands in the shell and in Python."""
 
+import math
 from collections.abc import Iterable
 from typing import Final, Literal
 
@@ -41,9 +42,31 @@ Cut = Literal["published", "all"]
 """Which part of a recording is used; see `store.trimming`."""
 
 
+LARGEST_SEED: Final = 2**32 - 1
+"""As PyTorch and NumPy take it."""
+
+
 def flag_of(name: str) -> str:
     """Return an option, by its name in Python, as the command line has it."""
     return f"--{name.replace('_', '-')}"
+
+
+def require_number(option: str, value: float, least: float, most: float = math.inf) -> None:
+    """Refuse a number that is out of bounds.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
+    if not least <= value <= most:
+        wanted = f"{least:g} or more" if math.isinf(most) else f"{least:g} to {most:.0f}"
+        raise InputError(f"{option}: expected {wanted}, found {value}")
+
+
+def require_workers(workers: int | None) -> None:
+    """Refuse a number of processes that is none; None is one for each core."""
+    require_number("--workers", 1 if workers is None else workers, 1)
 
 
 def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:

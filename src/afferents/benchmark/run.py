@@ -103,9 +103,9 @@ def run(
     own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
     source = task.source(None if data is None else Path(data))
     with Progress(quiet) as progress:
-        _make(task, Path(source), progress)
         given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}
         options = EvaluationOptions(models=asked, **{**task.options, **given})
+        _make(task, Path(source), progress)
         plain = open_evaluation(source, Path(out), options, progress)
         question = task.asked_of(plain.recordings, plain.recipe.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"

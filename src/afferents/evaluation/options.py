@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from afferents.choices import (
+    LARGEST_SEED,
     MODELS_ASKED,
     PRESET_ASKED,
     Control,
@@ -44,7 +45,7 @@ from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import Model, names_in
 from afferents.store.trimming import Steady, steady_in, written
 
-_Seed = Annotated[int, Field(ge=0, lt=2**32)]
+_Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 _ELSEWHERE = frozenset({
     "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
     "device", "precision",

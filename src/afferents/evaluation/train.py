@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.channels import name_of_channel
-from afferents.choices import Cut
+from afferents.choices import LARGEST_SEED, Cut, require_number
 from afferents.encodings.samples import Samples, textures_of
 from afferents.encodings.settings import Encodings, described
 from afferents.errors import InputError, then
@@ -392,6 +392,7 @@ def train(
     """
     from afferents.extraction.copies import warn
 
+    require_number("--seed", seed, 0, LARGEST_SEED)
     chosen, asked = TrainingOptions(**options), models_in(model)
     if len(asked) + ("best" in names_in(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")

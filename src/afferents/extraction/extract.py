@@ -14,7 +14,7 @@ import xarray as xr
 
 from afferents import dims
 from afferents.channels import ra1, ra2, sa1
-from afferents.choices import Method, Rest
+from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
 from afferents.extraction.copies import notes_of, with_fingerprint
 from afferents.extraction.options import Extraction, declared_of
@@ -432,6 +432,7 @@ def extract(
     >>> recordings[0].sa1.dims
     ('time', 'marker')
     """
+    require_workers(workers)
     wanted = Extraction(
         session=Path(session) if isinstance(session, str | Path) else session, out=Path(out),
         sensor=None if sensor is None else sensor_in(sensor), method=method,

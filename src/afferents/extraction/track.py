@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from afferents.choices import Method
+from afferents.choices import Method, require_workers
 from afferents.errors import InputError, PartialFailureError
 from afferents.extraction.extract import extract_session, marker_responses
 from afferents.extraction.options import Extraction
@@ -70,6 +70,7 @@ def track_into(
     PartialFailureError
         If the video can't be decoded to its end; the store holds what came before.
     """
+    require_workers(workers)
     given = None if sensor is None else sensor_in(sensor)
     if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.choices import words_in
+from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.files import (
     Place,
     holds_only,
@@ -235,6 +235,8 @@ def neural(
     >>> found = neural("S.zarr", "neural")  # doctest: +SKIP
     >>> found.tables["stretch"].groupby(["class", "stretched"]).accuracy.mean()  # doctest: +SKIP
     """
+    require_number("--seed", seed, 0, LARGEST_SEED)
+    require_number("--window-s", window_s, 0.01)
     store, out = Path(store), Path(out)
     # A user's tables may have such names, too: they are ours where our facts are.
     ours = [f"{name}.csv" for name in TABLES + _BESIDE if (out / FACTS).is_file()]

@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from afferents.choices import Nodules, Remount, Size, numbers_in
+from afferents.choices import Nodules, Remount, Size, numbers_in, require_workers
 from afferents.documents import read_json
 from afferents.errors import InputError
 from afferents.files import (
@@ -262,6 +262,7 @@ def simulate(
     from afferents.recordings.session import read_session
     from afferents.rig.sensor_rig import rig_of
 
+    require_workers(workers)
     speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
     given = sensor_in(sensor)
     with Progress(quiet) as progress:

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from afferents.choices import Nodules, Remount, Size
+from afferents.choices import LARGEST_SEED, Nodules, Remount, Size, require_number
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import STEADY_S
@@ -144,11 +144,9 @@ def simulation_of(
     InputError
         If one of these is not what it should be.
     """
-    if seed < 0:
-        raise InputError(f"--seed: expected 0 or more, found {seed}")
+    require_number("--seed", seed, 0, LARGEST_SEED)
     prints = seed if reprint is None else reprint
-    if prints < 0:
-        raise InputError(f"--reprint: expected 0 or more, found {prints}")
+    require_number("--reprint", prints, 0, LARGEST_SEED)
     mounting: dict[str, Any] = {"remount": remount}
     if indentation_mm is not None:
         if not 0 < indentation_mm <= DEEPEST_MM:

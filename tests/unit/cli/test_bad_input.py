@@ -24,6 +24,25 @@ def broken(sounds, tmp_path):
         (("reproduce", "OUT", "--session", "NONE", "--quiet"), "a session folder, found no such"),
         (("simulate", "OUT", "--textures", "z", "--quiet"), "found 'z'"),
         (("simulate", "OUT", "--speeds", "0", "--quiet"), "found 0"),
+        (("simulate", "OUT", "--workers", "0"), "--workers: expected 1 or more, found 0"),
+        (
+            ("simulate", "OUT", "--seed", 2**32),
+            "--seed: expected 0 to 4294967295, found 4294967296",
+        ),
+        (("train", "NONE", "OUT", "--seed", "-1"), "--seed: expected 0 to 4294967295, found -1"),
+        (("extract", "NONE", "OUT", "--workers", "0"), "--workers: expected 1 or more"),
+        (("track", "VIDEO", "OUT", "--workers", "-1"), "--workers: expected 1 or more, found -1"),
+        (
+            ("neural", "NONE", "--out", "OUT", "--window-s", "0"),
+            "--window-s: expected 0.01 or more",
+        ),
+        (("neural", "NONE", "--out", "OUT", "--seed", "-1"), "--seed: expected 0 to"),
+        (("export-nwb", "NONE", "OUT.nwb", "--seed", "-1"), "--seed: expected 0 to"),
+        (
+            ("benchmark", "run", "rig/speed", "--models", "chance", "--seeds", "0"),
+            "--seeds: expected",
+        ),
+        (("live", "--video", "rig", "--web", "--port", "70000"), "--port: expected 0 to 65535"),
         (("drum", "g", "OUT", "--bore", "90"), "--bore"),
         (("calibrate", "none.mp4", "--out", "OUT.toml"), "none.mp4: expected a readable video"),
         (("calibrate", "none.mp4", "--out", "OUT.json"), "a name that ends in .toml"),
@@ -37,7 +56,7 @@ def broken(sounds, tmp_path):
 )
 def test_a_command_that_can_not_go_on(fails, small_session, tmp_path, command, sentence):
     places = {"NONE": tmp_path / "none", "VIDEO": small_session / "1/20/video.mp4"}
-    given = [places.get(w, w.replace("OUT", f"{tmp_path}/out")) for w in command]
+    given = [places.get(w, str(w).replace("OUT", f"{tmp_path}/out")) for w in command]
     assert sentence in fails(*given)
     assert list(tmp_path.iterdir()) == []
 

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from afferents.choices import require_number
 from afferents.errors import InputError
 
 # What goes wrong in serving, told in a line: visitors must not fill a terminal or a disk.
@@ -61,8 +62,9 @@ def open_door(host: str, port: int) -> socket.socket:
     Raises
     ------
     InputError
-        If it is taken, or not this machine's.
+        If it is taken, not this machine's, or no port.
     """
+    require_number("--port", port, 0, 65535)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         door = socket.create_server((host, port), family=family)

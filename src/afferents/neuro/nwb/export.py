@@ -10,7 +10,7 @@ from typing import Any
 from uuid import uuid4
 
 from afferents import dims
-from afferents.choices import words_in
+from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.errors import InputError, reading
 from afferents.files import Place, require_free, write_aside
 from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
@@ -98,6 +98,7 @@ def export_nwb(
     """
     import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
     store, out = Path(store), Path(out)
+    require_number("--seed", seed, 0, LARGEST_SEED)
     if out.suffix != ".nwb":
         raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [store] if session is None else [store, Path(session)]
