@@ -1312,7 +1312,8 @@ def options():
             put(folder / "cut.wav", (BASE / "A.wav").read_bytes()[:200_000])
             values[50_000::100] = np.nan
             soundfile.write(str(folder / "nan.wav"), values, rate, subtype="FLOAT")
-        case(f"live {name}", *args, make=make, want=EITHER if name == "model twice" else REFUSE)
+        fine = name in ("model twice", "no model", "audio mono")
+        case(f"live {name}", *args, make=make, want=EITHER if fine else REFUSE)
     for args in (("calibrate", "v.mp4", "--out", "s.toml", "--pitch-mm", "nan"), ("calibrate", "v.mp4", "--out", "s.toml", "--pitch-mm", "-1"),
                  ("calibrate", "v.mp4", "--out", "s.toml", "--pitch-mm", "inf"), ("calibrate", "v.mp4", "--out", "s.json")):
         case(f"calibrate {args[-2]} {args[-1]}", *args, make=given(v_dot_mp4=BASE / "V.mp4"), out=["s.toml"])
