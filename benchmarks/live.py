@@ -107,7 +107,10 @@ def untrained(name: str, folder: Path) -> Path:
         seed=0,
         learnt_from_mm_s=(40, 60),
         validated_on_mm_s=50,
+        named_by_spacing=True,
+        most_sure=1,
         validation_accuracy=0,
+        validation_ci95=(0, 1),
         data=(),
         versions={"afferents": __version__},
     )
