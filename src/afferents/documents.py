@@ -102,11 +102,7 @@ def _content(kind: str, path: Path, what: str, do: str) -> bytes:
 def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
     """Return what a text says."""
     try:
-        text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
-        keys = (re.split("[=\"'#]", line, maxsplit=1)[0] for line in str(text).splitlines())
-        if kind == "TOML" and any(key.count(".") > _MOST_PARTS for key in keys):
-            raise RecursionError
-        return _PARSERS[kind](text)
+        return _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
     except (TypeError, ValueError) as error:
         found = f"a damaged file, no {kind} ({error})"
     except RecursionError:
@@ -122,10 +118,18 @@ def _number(text: str, may_be_infinite: bool) -> float:
     return number
 
 
+def _toml(text: str) -> dict[str, Any]:
+    """Return what TOML says; a key of very many parts counts as too deep, as lists do."""
+    keys = (re.split("[=\"'#]", line, maxsplit=1)[0] for line in text.splitlines())
+    if any(key.count(".") > _MOST_PARTS for key in keys):
+        raise RecursionError
+    return tomllib.loads(text, parse_float=partial(_number, may_be_infinite=True))
+
+
 _finite = partial(_number, may_be_infinite=False)
 _PARSERS: dict[str, Callable[[Any], Any]] = {
     "JSON": partial(json.loads, parse_float=_finite, parse_constant=_finite),
-    "TOML": partial(tomllib.loads, parse_float=partial(_number, may_be_infinite=True)),
+    "TOML": _toml,
 }
 
 

@@ -101,6 +101,12 @@ class Command:
         more = _OF_ALL if self.shown else _OF_ALL[:1]
         return found | {one.name: one for one in more if one.name not in found}
 
+    @property
+    def shows(self) -> str:
+        """Where what prints the outcome is; empty where the function returns an `Output`."""
+        name = "import_" if self.name == "import" else re.sub("[- ]", "_", self.name)
+        return "" if self.function.startswith("afferents.cli.") else f"afferents.cli.show:{name}"
+
     def flag(self, name: str) -> str:
         """Return how an argument's flag is spelled."""
         return self.flags.get(name) or ("--json" if name == "as_json" else flag_of(name))
@@ -175,9 +181,8 @@ class Command:
         if "quiet" in own and as_json:
             options["quiet"] = True
         output = _loaded(self.function)(**options)
-        if not self.function.startswith("afferents.cli."):
-            name = "import_" if self.name == "import" else re.sub("[- ]", "_", self.name)
-            output = _loaded(f"afferents.cli.show:{name}")(output, options)
+        if self.shows:
+            output = _loaded(self.shows)(output, options)
         if output is not None:  # it did not print as it went
             say(as_json, output.content, *output.lines)
             fail_if_skipped(output.skipped)
@@ -236,12 +241,13 @@ class Command:
 
     def _with_others(self, options: Mapping[str, Any], others: Collection[str]) -> dict[str, Any]:
         """Return options with those of encodings by the names of their fields."""
-        flags, kinds = {}, {}
+        flags: dict[str, str] = {}
+        texts: set[str] = set()
         if self.takes:
             from afferents.encodings.settings import options as of_encodings
 
             flags = {option.flag: field for field, option in of_encodings().items()}
-            kinds = {field: option.kind for field, option in of_encodings().items()}
+            texts = {field for field, option in of_encodings().items() if option.kind is str}
         known = [*flags, *map(self.flag, self.arguments)]
         for flag in (flag_of(one) for one in others if one not in flags.values()):
             near = get_close_matches(flag, known, 1, 0.75)
@@ -251,7 +257,7 @@ class Command:
         found = {name: value for name, value in options.items() if name not in others}
         for one in others:
             name = flags.get(flag_of(one), one)
-            found[name] = options[one] if kinds.get(name) is str else _read(options[one])
+            found[name] = options[one] if name in texts else _read(options[one])
         return found
 
 

@@ -146,12 +146,13 @@ def app_of(arguments: Sequence[str]) -> App:
         version=_version,
     )
     completes = bool(arguments) and arguments[0] == "--install-completion"
+    flags = [one.partition("=")[0] for one in arguments]
     for place, (title, commands) in enumerate(_GROUPS.items()):
         group = Group(title, sort_key=place)
         for order, command in enumerate(commands):
             parent, _, last = command.name.rpartition(" ")
             if completes or command.name == called:
-                one = command.app(group, "--help-all" in arguments, "--config" in arguments)
+                one = command.app(group, "--help-all" in flags, "--config" in flags)
             else:
                 about = first_line(command.function)
                 one = App(last, about, group=group, version_flags=())

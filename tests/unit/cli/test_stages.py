@@ -6,6 +6,7 @@ import re
 import pytest
 
 from afferents import load_results
+from afferents.cli.program import given_in
 from afferents.evaluation.options import EvaluationOptions, TrainingOptions, flag_of
 
 
@@ -74,6 +75,13 @@ def test_a_file_in_json_names_data_by_their_paths(run, tmp_path):
     code, _, err = run("evaluate", "--config", file, "--out", tmp_path / "r")
     assert (code, "Traceback" in err) == (2, False)
     assert f"{store}: expected " in err
+
+
+def test_a_file_gives_what_is_required_too(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('data = "s.zarr"\nout = "m"\n')
+    for named in (["--config", str(file)], [f"--config={file}"]):
+        assert given_in(["train", *named]) == {"config": file}
 
 
 @pytest.mark.parametrize(

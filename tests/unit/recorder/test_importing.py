@@ -17,6 +17,19 @@ from afferents.recordings.video import VideoFile
 N = 60
 
 
+def bring(video, audio, times, session, texture, speed, start_s=None):
+    """Import a recording of a texture at a speed."""
+    return afferents.import_recording(
+        video,
+        audio,
+        times,
+        session=session,
+        texture=texture,
+        speed_mm_s=speed,
+        audio_start_s=start_s,
+    )
+
+
 @pytest.fixture
 def files(tmp_path, make_video):
     """A video, its sound, and true times that no rate of frames would tell."""
@@ -32,15 +45,7 @@ def files(tmp_path, make_video):
 @pytest.mark.parametrize("start_s", [1000.0, 1000.3])
 def test_the_true_times_count(files, tmp_path, start_s):
     video, audio, times, time_s = files
-    afferents.import_recording(
-        video,
-        audio,
-        times,
-        session=tmp_path / "S",
-        texture="4",
-        speed_mm_s=40,
-        audio_start_s=start_s,
-    )
+    bring(video, audio, times, tmp_path / "S", "4", 40, start_s)
     (recording,) = afferents.read_session(tmp_path / "S").recordings
     found = list(recording.video.frames())
     samples = recording.audio.read().values[:, 0]
@@ -58,15 +63,7 @@ def test_sound_that_begins_late_stays_as_loud_as_it_was(files, tmp_path, subtype
     video, audio, times, time_s = files
     heard = 0.5 * np.sin(np.arange(8000) / 5)
     soundfile.write(audio, heard, 8000, subtype)
-    afferents.import_recording(
-        video,
-        audio,
-        times,
-        session=tmp_path / "S",
-        texture="4",
-        speed_mm_s=40,
-        audio_start_s=time_s[0] + 0.2,
-    )
+    bring(video, audio, times, tmp_path / "S", "4", 40, time_s[0] + 0.2)
     written, _ = soundfile.read(tmp_path / "S/4/40/audio.wav")
     np.testing.assert_allclose(written[1600:], heard, atol=1e-4)
     assert not written[:1600].any()
@@ -76,22 +73,14 @@ def test_sound_that_begins_late_stays_as_loud_as_it_was(files, tmp_path, subtype
 def test_the_name_of_the_sound_need_not_be_text(files, tmp_path):
     video, audio, times, time_s = files
     named = audio.rename(tmp_path / os.fsdecode(b"\xff.wav"))
-    afferents.import_recording(
-        video,
-        named,
-        times,
-        session=tmp_path / "S",
-        texture="4",
-        speed_mm_s=40,
-        audio_start_s=time_s[0] + 0.2,
-    )
+    bring(video, named, times, tmp_path / "S", "4", 40, time_s[0] + 0.2)
     assert (tmp_path / "S/4/40/audio.wav").exists()
 
 
 def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
     video, audio, times, _ = files
     session = tmp_path / "S"
-    afferents.import_recording(video, audio, times, session=session, texture="4", speed_mm_s=40)
+    bring(video, audio, times, session, "4", 40)
     (session / "4/40").rename(session / "once")
     (session / "4/40").mkdir()
     (session / "once").rename(session / "4/40/1")
@@ -99,7 +88,7 @@ def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
     said = json.loads(file.read_text())
     sums = {"4/40/1": said["checksums"]["4/40"]}
     file.write_text(json.dumps({**said, "checksums": sums, "holes": [["4", 60.0], ["0", 40.0]]}))
-    afferents.import_recording(video, audio, times, session=session, texture="0", speed_mm_s=40)
+    bring(video, audio, times, session, "0", 40)
     said = json.loads(file.read_text())
     assert said["checksums"]["4/40/1"] == sums["4/40/1"]
     assert [*said["checksums"]] == ["4/40/1", "0/40"]
@@ -109,19 +98,19 @@ def test_what_the_session_says_of_repetitions_and_holes_stays(files, tmp_path):
 def test_recordings_that_were_there_before_make_holes_too(files, tmp_path, make_video):
     video, audio, times, _ = files
     session = tmp_path / "S"
-    afferents.import_recording(video, audio, times, session=session, texture="4", speed_mm_s=40)
+    bring(video, audio, times, session, "4", 40)
     (session / "4/40/run.json").unlink()  # as of sessions that were recorded elsewhere
-    afferents.import_recording(video, audio, times, session=session, texture="2", speed_mm_s=60)
+    bring(video, audio, times, session, "2", 60)
     assert len(afferents.read_session(session).recordings) == 2
 
 
 def test_a_folder_that_no_speed_names_does_not_stop_an_import(files, tmp_path):
     video, audio, times, _ = files
     session = tmp_path / "S"
-    afferents.import_recording(video, audio, times, session=session, texture="4", speed_mm_s=40)
+    bring(video, audio, times, session, "4", 40)
     (session / "notes/spoken").mkdir(parents=True)
     (session / "notes/spoken/audio.wav").touch()
-    afferents.import_recording(video, audio, times, session=session, texture="4", speed_mm_s=60)
+    bring(video, audio, times, session, "4", 60)
     with pytest.raises(InputError, match="named by its speed in mm/s, found 'spoken'"):
         afferents.read_session(session)
 
@@ -137,31 +126,19 @@ def test_b_frames_in_an_avi_are_refused(files, tmp_path):
             out.mux(stream.encode(av.VideoFrame.from_ndarray(grey)))
         out.mux(stream.encode())
     with pytest.raises(InputError, match="found B-frames"):
-        afferents.import_recording(
-            video, audio, times, session=tmp_path / "S", texture="4", speed_mm_s=40
-        )
+        bring(video, audio, times, tmp_path / "S", "4", 40)
 
 
 def test_a_sound_of_no_time_is_refused(files, tmp_path):
     video, audio, times, _ = files
     with pytest.raises(InputError, match="sound while there are frames"):
-        afferents.import_recording(
-            video,
-            audio,
-            times,
-            session=tmp_path / "S",
-            texture="4",
-            speed_mm_s=40,
-            audio_start_s=float("nan"),
-        )
+        bring(video, audio, times, tmp_path / "S", "4", 40, float("nan"))
 
 
 def test_a_second_one_joins_the_session(files, tmp_path):
     video, audio, times, _ = files
     for speed in (40, 60):
-        afferents.import_recording(
-            video, audio, times, session=tmp_path / "S", texture="4", speed_mm_s=speed
-        )
+        bring(video, audio, times, tmp_path / "S", "4", speed)
     assert afferents.read_session(tmp_path / "S").speeds_mm_s == (40, 60)
 
 
@@ -171,12 +148,8 @@ def test_another_joins_after_one_that_was_killed(files, tmp_path, monkeypatch):
         # the recording is there by then, but not what the session says of it
         killed.setattr("afferents.recorder.importing._note", _stop)
         with pytest.raises(KeyboardInterrupt):
-            afferents.import_recording(
-                video, audio, times, session=tmp_path / "S", texture="4", speed_mm_s=40
-            )
-    afferents.import_recording(
-        video, audio, times, session=tmp_path / "S", texture="4", speed_mm_s=60
-    )
+            bring(video, audio, times, tmp_path / "S", "4", 40)
+    bring(video, audio, times, tmp_path / "S", "4", 60)
     assert afferents.read_session(tmp_path / "S").speeds_mm_s == (40, 60)
     said = json.loads((tmp_path / "S/session.json").read_text())
     assert set(said["checksums"]) == {"4/40", "4/60"}
@@ -213,9 +186,7 @@ def test_times_that_do_not_fit_are_refused(files, tmp_path, change, said):
     video, audio, times, _ = files
     change(pd.read_csv(times)).to_csv(times)
     with pytest.raises(InputError, match=said):
-        afferents.import_recording(
-            video, audio, times, session=tmp_path / "S", texture="4", speed_mm_s=40
-        )
+        bring(video, audio, times, tmp_path / "S", "4", 40)
     assert not (tmp_path / "S").exists()
 
 
@@ -223,13 +194,5 @@ def test_times_that_do_not_fit_are_refused(files, tmp_path, change, said):
 def test_sound_of_another_time_is_refused(files, tmp_path, start_s):
     video, audio, times, _ = files
     with pytest.raises(InputError, match=r"sound while there are frames, 1000\.25"):
-        afferents.import_recording(
-            video,
-            audio,
-            times,
-            session=tmp_path / "S",
-            texture="4",
-            speed_mm_s=40,
-            audio_start_s=start_s,
-        )
+        bring(video, audio, times, tmp_path / "S", "4", 40, start_s)
     assert not (tmp_path / "S").exists()
