@@ -14,6 +14,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from cyclopts.exceptions import (
     CoercionError,
     MissingArgumentError,
+    UnknownOptionError,
     UnusedCliTokensError,
 )
 
@@ -281,6 +282,10 @@ def sentence_of(error: CycloptsError, name: str) -> str:
         return f"{flag}: expected {wanted}, found '{error.token.value}'"
     if isinstance(error, UnusedCliTokensError):
         return f"'{' '.join(error.unused_tokens or ())}': expected no further word; {_see(name)}"
+    if isinstance(error, UnknownOptionError):
+        word = error.token.keyword or error.token.value
+        if any(word in one.names for one in error.argument_collection):
+            return f"{word}: expected options before '--', found this one after it"
     return " ".join(str(error).split())
 
 

@@ -48,6 +48,7 @@ def broken(sounds, tmp_path):
         (("calibrate", "none.mp4", "--out", "OUT.json"), "a name that ends in .toml"),
         (("calibrate", "a.mp4", "a.mp4", "--out", "OUT.toml"), "a.mp4: expected each clip once"),
         (("inspect", ".", "--overlay", "OUT.mp4"), "--overlay: expected a video"),
+        (("inspect", "--", "-v.mp4", "--out", "OUT"), "--out: expected options before '--', found"),
         (("evaluate", "NONE", "--out", "OUT"), "a store written by 'afferents extract'"),
         (("evaluate", "NONE", "--out", "OUT", "--models", "rl-se"), "found 'rl-se'"),
         (("evaluate", "NONE", "--out", "OUT", "--without", "F250"), "NAME=VALUE"),
