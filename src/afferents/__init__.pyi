@@ -110,6 +110,12 @@ from .inspection.init import (
 from .inspection.inspect import (
     inspect as inspect,
 )
+from .live.fingertip import (
+    Touch as Touch,
+)
+from .live.fingertip import (
+    stream as stream,
+)
 from .markers.sensor import (
     load_sensor as load_sensor,
 )

@@ -149,14 +149,16 @@ def live(
     port: int = 8800,
     token: str | None = None,
     lsl: bool = False,
+    signals: str | None = None,
+    to: str = "-",
     as_json: bool = False,
     quiet: bool = False,
 ) -> None:
-    """Look at what a fingertip senses, or classify texture while it slides.
+    """Look at what a fingertip senses, classify texture while it slides, or give out its signals.
 
     On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
     a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are. Exported models
-    say which texture they recognise.
+    say which texture they recognise. With --signals it gives the numbers to whoever wants them.
 
     Parameters
     ----------
@@ -168,7 +170,8 @@ def live(
     audio
         Source of sound: mic:default, a sound file, replay:SESSION/3/50, rig or rig:g/50.
     sensor
-        Without a model: sensor file (TOML) or name (default: markers are found at rest).
+        Without a model: sensor file (TOML) or name (default: markers are found at rest; --signals
+        of a camera need one).
     speed
         How fast replays run: 1 as recorded, 8 times as fast, or max.
     fps
@@ -188,6 +191,11 @@ def live(
         Password for the page; required if other machines can reach it.
     lsl
         Also send predictions as streams of Lab Streaming Layer.
+    signals
+        Give out these for each frame, as JSON lines: some of position, sa1, ra1, speed, shear, ra2,
+        separated by commas.
+    to
+        File for the signals, such as touch.jsonl; - for the terminal.
     as_json
         Print predictions as JSON, one per line.
     quiet
@@ -198,11 +206,20 @@ def live(
     from afferents.live.network import Network
     from afferents.live.outlets import give_out
     from afferents.live.pipeline import LivePipeline
+    from afferents.live.signals import give_signals
     from afferents.live.sources import images_of, open_sources
     from afferents.markers.sensor import load_sensor
     from afferents.recordings.session_file import rate_in
 
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
+    if signals is not None:
+        if model or web or lsl:
+            raise InputError(
+                "--signals: expected none of --model, --web and --lsl beside it, found one; run "
+                "another 'afferents live' for them"
+            )
+        give_signals(signals, to, video, audio, sensor, offset_s, factor, fps, exposure_ms)
+        return
     if model and sensor:
         raise InputError(
             f"--sensor: expected none beside --model, which carries its own, found {sensor}"

@@ -265,6 +265,45 @@ STEPS, SUPPOSED = 101, 5
 of a file that lost frames is too low. It begins as the source's, in so many steps."""
 
 
+class Cadence:
+    """How frames follow each other, in periods of the camera.
+
+    Parameters
+    ----------
+    rate_hz
+        Frames a second.
+    is_known
+        Whether that is the true rate, as models learnt from; else it is found as frames come.
+
+    Attributes
+    ----------
+    last_s
+        When the last frame was taken, s; None before the first of a recording.
+    """
+
+    def __init__(self, rate_hz: float, is_known: bool = False) -> None:
+        """Wait for the first frame."""
+        self.last_s: float | None = None
+        self._rate_hz = rate_hz
+        self._steps_s = None if is_known else deque([1 / rate_hz] * SUPPOSED, STEPS)
+
+    def step(self, time_s: float) -> float | None:
+        """Return how many periods after the last frame the next was taken; None if it is that one.
+
+        Less than 0 where the clock goes back.
+        """
+        last, rate_hz = self.last_s, self._rate_hz
+        if last is not None and self._steps_s is not None:
+            if time_s > last:
+                self._steps_s.append(time_s - last)
+            rate_hz = 1 / median_low(self._steps_s)
+        periods = 1.0 if last is None else (time_s - last) * rate_hz
+        if -MISSING < periods < DOUBLED:
+            return None
+        self.last_s = time_s
+        return periods
+
+
 class VideoStream(SensorStream):
     """A sensor's camera: what models recognise by it, or what is to be seen.
 
@@ -291,8 +330,7 @@ class VideoStream(SensorStream):
         self.picture: CameraFrame | None = None
         self.newest: FrameImages | None = None
         self.images = images
-        self._last_s: float | None = None
-        self._steps_s = None if networks else deque([1 / rate_hz] * SUPPOSED, STEPS)
+        self._cadence = Cadence(rate_hz, is_known=bool(networks))
         self._step = 1.0  # of frames in a row, in periods, over the last second
         self._longest = SLOW if networks else math.inf  # who looks on may see slow pictures
 
@@ -317,7 +355,8 @@ class VideoStream(SensorStream):
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
         self.images.begin()
-        self.newest = self._last_s = None
+        self.newest = None
+        self._cadence.last_s = None
         self._step = 1.0
         super().begin(event)
 
@@ -333,7 +372,7 @@ class VideoStream(SensorStream):
         self.counters.frames += 1
         if event.torn:
             self.counters.torn += 1
-            self._last_s = event.time_s
+            self._cadence.last_s = event.time_s
             self.skip()
             return
         if self._comes_twice(event.time_s):
@@ -370,13 +409,7 @@ class VideoStream(SensorStream):
 
     def _comes_twice(self, time_s: float) -> bool:
         """Tell whether a frame is the last once more; count those missing before it."""
-        last, rate_hz = self._last_s, self.rate_hz
-        if last is not None and self._steps_s is not None:
-            if time_s > last:
-                self._steps_s.append(time_s - last)
-            rate_hz = 1 / median_low(self._steps_s)
-        periods = 1.0 if last is None else (time_s - last) * rate_hz
-        if -MISSING < periods < DOUBLED:
+        if (periods := self._cadence.step(time_s)) is None:
             return True
         if periods < 0:
             self.skip()
@@ -386,5 +419,4 @@ class VideoStream(SensorStream):
             self.skip()
         else:
             self._step += (periods - self._step) / self.rate_hz
-        self._last_s = time_s
         return False

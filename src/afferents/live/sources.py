@@ -126,6 +126,25 @@ def images_of(
     return images
 
 
+def sensor_of(video: str, fps_hz: float | None = None) -> Sensor:
+    """Return the sensor that a source shows: the rig's own, or as a clip shows its markers.
+
+    Raises
+    ------
+    InputError
+        If it is a camera, or the clip shows no markers.
+    """
+    kind, name = _parted(video)
+    if kind == "replay":
+        return found_in(_clip(name, fps_hz))
+    if kind == "camera":
+        raise InputError(
+            f"sensor: expected a sensor file for {video}, found none; 'afferents calibrate' writes "
+            "one from a clip"
+        )
+    return load_sensor(RIG_SENSOR)  # of the rig; what is no source is refused when it is opened
+
+
 def _parted(source: str) -> tuple[str, str]:
     """Return the kind of a source and its name; a path alone is one to replay."""
     kind, _, name = source.partition(":")

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -317,7 +317,7 @@ def track_markers(
     images = [frame.image for frame in at_rest]
     n_stale = 0 if method == "published" else count_stale(images, sensor)
     at_rest = at_rest[n_stale:]
-    tracker, present, grid, seen = _start(at_rest, video.path, sensor, method, reference)
+    tracker, present, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
@@ -387,20 +387,35 @@ class _Passed:
             self.stopped = str(error)
 
 
-def _start(
+class Begun(NamedTuple):
+    """What the frames at rest show.
+
+    Attributes
+    ----------
+    tracker
+        Begins in the first of them.
+    present
+        Which markers it shows, (n,).
+    grid
+        Their places in a tactile image; None for layouts without.
+    seen
+        What is to be said of light, focus and the rest frame, as attributes.
+    """
+
+    tracker: Tracker
+    present: NDArray[np.bool_]
+    grid: Grid | None
+    seen: dict[str, Any]
+
+
+def start_at_rest(
     frames: Sequence[Frame],
     where: object,
     sensor: Sensor,
-    method: Method,
-    reference: Positions | None,
-) -> tuple[Tracker, NDArray[np.bool_], Grid | None, dict[str, Any]]:
-    """Find the markers in the frames at rest.
-
-    Returns
-    -------
-    A tracker that begins there, which markers are present, (n,), their places, and what is to be
-    said of light, focus and the rest frame, as attributes.
-    """
+    method: Method = "windowed",
+    reference: Positions | None = None,
+) -> Begun:
+    """Find the markers in the frames at rest, `N_FIRST` or fewer; see `track_markers`."""
     images = [frame.image for frame in frames]
     found = find_rest_markers(images, sensor, where, method, led=reference is not None)
     rest = order_markers(found, sensor, method, reference, where)
@@ -408,7 +423,7 @@ def _start(
     tracker = Tracker(sensor, rest.position, method, still, frames[0].levels, rest.present)
     shown = rest.position[rest.present] if rest.present.any() else found.position
     picture = measure_image_quality(images[0], shown, spacing_px(shown))
-    return tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture)
+    return Begun(tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture))
 
 
 def _follow(
