@@ -86,7 +86,7 @@ KINDS = {name: kind for kind, names in NAMES.items() for name in names.split()}
 SIZES = {"extract": "short", **dict.fromkeys(("evaluate", "explain", "train"), "large")}
 """Of sessions and stores, where a command needs more recordings than others, or one will do."""
 WRITES = {"simulate": "session", "record": "session", "import": "session"}
-"""What a command writes that is not called `out`, `save` or `overlay`."""
+"""What a command writes that is not called `out`, `save`, `overlay` or `to`."""
 NO_FILES = {"HOST", "F120", "F250"}
 NAME = re.compile(r"(?<![\w./-])(?:[A-Z][A-Z0-9]*(?:\.\w+)?|[\w-]+\.[a-z]\w+)(?![\w.-])")
 """Words of a command that are, by their form, names of files or folders."""
@@ -157,7 +157,7 @@ def reads(words):
 
 def written(words):
     """Return the files and folders that a command is to write."""
-    params = {"out", "save", "overlay", WRITES.get(words[1])}
+    params = {"out", "save", "overlay", "to", WRITES.get(words[1])}
     params |= {"plan"} if "--example" in words else set()
     values = understood(shlex.join(words))
     return {str(values[name]) for name in params & set(values)}
