@@ -231,6 +231,12 @@ class Windowed:
             # Where most were shifted, the others were not looked for where they still are.
             stayed = np.where(found[:, None], np.nan, self._expected + self._step)
             there = np.where(found[:, None], position, self._seen(image, stayed))
+        return self._lose_below_tear(there, position, found)
+
+    def _lose_below_tear(
+        self, there: Positions, position: Positions, found: NDArray[np.bool_]
+    ) -> bool:
+        """Take over where markers are but for a shifted part; return whether there is one."""
         shifted = self._slips.torn_across(there, self._expected, self._step)
         if shifted is None:
             return False
@@ -264,7 +270,8 @@ class Windowed:
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
-        if better is not None:
+        # Where a shifted part was taken for a jump, only better names show that it is none.
+        if better is not None and not self._lose_below_tear(better, position, found):
             self._rename(better, position, found)
         self._unchecked = 0
 

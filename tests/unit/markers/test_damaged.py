@@ -9,7 +9,7 @@ import pytest
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.markers.track import track_markers
+from afferents.markers.track import Tracker, track_markers
 from afferents.recordings.video import open_video
 
 from ..films import write_film
@@ -71,6 +71,22 @@ def test_the_shifted_part_of_a_picture_is_lost(video, sensor, truth, shift_px):
     assert np.delete(seen, WRONG, axis=0).all()
     assert off(tracks, truth).max() < 0.6  # of those that the line cuts
     assert tracks.attrs["audit_torn"] == 1
+
+
+def test_a_shifted_part_that_was_taken_for_a_jump_is_lost_too(sensor, truth, monkeypatch):
+    """Names were followed wrongly at first; those by the layout's order show that it is a tear."""
+    tracker = Tracker(sensor)
+    for image in drawn(truth[:4]):
+        rest = tracker.step(image).position
+    below = rest[:, 1] > 120
+    windowed, shifted = tracker._windowed, rest + np.where(below, 8.0, 0.0)[:, None] * [1, 0]
+    monkeypatch.setattr(windowed._slips, "settle", lambda *_: shifted)
+    windowed._expected[:], windowed._step[:] = rest, 0
+    position, found = rest - [19.0, 0.0], np.ones(len(rest), bool)
+    windowed._settle_names(drawn(truth[3:4])[0], position, found)
+    np.testing.assert_array_equal(found, ~below)
+    np.testing.assert_array_equal(position[~below], rest[~below])
+    assert (tracker.audit.torn, tracker.audit.slips) == (1, 0)
 
 
 @pytest.mark.parametrize("far_px", [5.0, 12.0, 25.0, 50.0])
