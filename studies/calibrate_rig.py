@@ -23,7 +23,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from results_pages import write
-from rig_quickly import IMAGES, PUBLISHED, heard
+from score_rig import IMAGES, PUBLISHED, heard
 
 from afferents import dims
 from afferents.channels import ra1, sa1

@@ -11,7 +11,7 @@ some minutes on one core. Prints markdown.
 
 import numpy as np
 import rig_measures as measure
-from rig_quickly import SECONDS, changed, images
+from score_rig import SECONDS, changed, images
 
 from afferents.rig import STEADY_S, Rig, bumped_surface
 from afferents.rig.microphone import SAMPLE_RATE_HZ
