@@ -212,13 +212,14 @@ def live(
     from afferents.recordings.session_file import rate_in
 
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
+    fps_hz = None if fps is None else rate_in(fps)
     if signals is not None:
         if model or web or lsl:
             raise InputError(
                 "--signals: expected none of --model, --web and --lsl beside it, found one; run "
                 "another 'afferents live' for them"
             )
-        give_signals(signals, to, video, audio, sensor, offset_s, factor, fps, exposure_ms)
+        give_signals(signals, to, video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
         return
     if model and sensor:
         raise InputError(
@@ -231,7 +232,6 @@ def live(
         pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
-        fps_hz = None if fps is None else rate_in(fps)
         images = images_of(video, load_sensor(sensor) if sensor else None, fps_hz)
         wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)

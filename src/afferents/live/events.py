@@ -1,11 +1,12 @@
 """What sources give: pictures, sound, and what went wrong; where they wait for who takes them."""
 
+import heapq
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -212,6 +213,19 @@ def read_ahead(events: Iterator[Event]) -> Iterator[Iterator[Event]]:
         yield in_order()
     finally:
         reader.shutdown(cancel_futures=True)
+
+
+def _time_of(event: Event) -> float:
+    return event.time_s
+
+
+def in_order(
+    sources: Iterable[Source], time_of: Callable[[Event], float] = _time_of
+) -> Iterator[Event]:
+    """Yield the events of recordings in the order of their times, each read a little ahead."""
+    with ExitStack() as threads:
+        events = [threads.enter_context(read_ahead(source.events())) for source in sources]
+        yield from heapq.merge(*events, key=time_of)
 
 
 # What is asked of sources before they are opened.

@@ -1,15 +1,13 @@
 """A fingertip as a sensor: SA-I, RA-I, RA-II and shear of every frame, as `extract` stores them."""
 
-import heapq
 import math
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +25,9 @@ from afferents.live.events import (
     Source,
     Trouble,
     Wanted,
-    read_ahead,
+    in_order,
 )
-from afferents.live.images import MOVED_PX, MOVED_SHARE
+from afferents.live.images import MOVED_PX, MOVED_SHARE, have_moved
 from afferents.live.prediction import Counters
 from afferents.live.sensor_streams import JUMP_S, LATE_S, MISSING, Cadence
 from afferents.live.sensors import DeviceSource
@@ -124,8 +122,7 @@ class Touch:
     @property
     def touching(self) -> bool:
         """Whether something touches the skin: more markers are off rest than tracking moves."""
-        moved = np.count_nonzero(self.now.distance > MOVED_PX)
-        return bool(moved > MOVED_SHARE * np.count_nonzero(np.isfinite(self.now.distance)))
+        return have_moved(self.now.distance)
 
     def image(self, name: str) -> Response:
         """Return `sa1`, `ra1` or `speed` as a tactile image, (row, column); NaN where lost.
@@ -182,7 +179,7 @@ class Fingertip:
         self._tracker: Tracker | None = None
         self._before: Skin | None = None
         self._resting: list[Positions] | None = None
-        self._first: list[CameraFrame] = []
+        self._first: list[tuple[Frame, bool]] = []
         self._begin()
 
     def __enter__(self) -> Self:
@@ -215,10 +212,12 @@ class Fingertip:
             elif isinstance(event, Trouble):
                 self._counters.troubles += 1
                 self._said.append(event.what)
-                self._before = None
+                self._follows = False
             elif event.channel == "video":
                 yield from self._start()
                 self._begin()
+            else:
+                self._sound_ends_s = None
         yield from self._start()
 
     def set_rest(self) -> None:
@@ -232,7 +231,7 @@ class Fingertip:
     def _begin(self) -> None:
         """Take the next frame for the first of a recording, with the skin at rest."""
         self._tracker = self._before = self._resting = None
-        self._first, self._n = [], 0
+        self._first, self._n, self._follows = [], 0, True
         self._cadence = Cadence(self.fps_hz)
         self._last_s = math.nan
 
@@ -250,9 +249,7 @@ class Fingertip:
                 if event is not None:
                     yield event
         else:
-            with ExitStack() as threads:
-                events = [threads.enter_context(read_ahead(s.events())) for s in self._sources]
-                yield from heapq.merge(*events, key=self._time_of)
+            yield from in_order(self._sources, self._time_of)
 
     def _time_of(self, event: Event) -> float:
         """Return when something was, s on the video's clock."""
@@ -274,7 +271,7 @@ class Fingertip:
         self._counters.frames += 1
         if picture.torn:
             self._counters.torn += 1
-            self._before, self._cadence.last_s = None, picture.time_s
+            self._follows, self._cadence.last_s = False, picture.time_s
             return
         periods = self._cadence.step(picture.time_s)
         if periods is None:
@@ -282,15 +279,17 @@ class Fingertip:
             return
         if not 0 <= periods <= MISSING:
             self._counters.dropped += max(0, round(periods) - 1)
-            self._before = None
+            self._follows = False
+        follows, self._follows = self._follows, True
         if math.isfinite(self._sources[0].speed):
             self._counters.late += time.monotonic() - picture.arrived_s > LATE_S
         self._n += 1
         if self._tracker is not None:
-            yield self._felt(picture.frame, self._tracker.step(picture.frame.luma).position)
+            position = self._tracker.step(picture.frame.luma).position
+            yield self._felt(picture.frame, position, follows)
         elif self._n > self.sensor.rest_frame:
             luma = picture.frame.luma.copy()  # a camera's memory is used again
-            self._first.append(picture._replace(frame=picture.frame._replace(luma=luma)))
+            self._first.append((picture.frame._replace(luma=luma), follows))
             if len(self._first) == N_FIRST:
                 yield from self._start()
 
@@ -298,49 +297,61 @@ class Fingertip:
         """Find the markers in the first frames, and follow them through these."""
         if self._tracker is not None or not self._first:
             return
-        frames = [picture.frame for picture in self._first]
-        frames = frames[count_stale([frame.image for frame in frames], self.sensor) :]
-        begun = start_at_rest(frames, "the first pictures", self.sensor)
+        n_stale = count_stale([frame.image for frame, _ in self._first], self.sensor)
+        first = self._first[n_stale:]
+        begun = start_at_rest([frame for frame, _ in first], "the first pictures", self.sensor)
         self._tracker, self._grid, self._first = begun.tracker, begun.grid, []
         self._rest = self._straight(self._tracker.rest_position)
-        yield self._felt(frames[0], self._tracker.at_rest(begun.present).position)
-        for frame in frames[1:]:
-            yield self._felt(frame, self._tracker.step(frame.luma).position)
+        yield self._felt(first[0][0], self._tracker.at_rest(begun.present).position, False)
+        for frame, follows in first[1:]:
+            yield self._felt(frame, self._tracker.step(frame.luma).position, follows)
 
     def _straight(self, position: Positions) -> Positions:
         """Return positions as a lens without distortion would have shown them, px."""
         return position if self.sensor.lens is None else undistort(position, self.sensor.lens)
 
-    def _felt(self, frame: Frame, position: Positions) -> Touch:
-        """Return what a frame says, with the sound that came before it."""
-        now, before = Skin(self._straight(position), self._rest), self._before
+    def _felt(self, frame: Frame, position: Positions, follows: bool) -> Touch:
+        """Return what a frame says, with the sound that came before it.
+
+        Parameters
+        ----------
+        follows
+            Whether the frame felt last is the one just before.
+        """
+        now = Skin(self._straight(position), self._rest)
+        before = self._before if follows else None
         step_s, self._last_s, self._before = frame.time_s - self._last_s, frame.time_s, now
         if self._resting is not None:
             self._resting.append(np.asarray(now.position, np.float64))
             if len(self._resting) == REST_FRAMES:
-                now, before = self._set_rest(self._resting, now), None
-                self._before = now
+                self._set_rest(self._resting)
+                if now.rest is not self._rest:
+                    now, before = Skin(now.position, self._rest), None
+                    self._before = now
         said, self._said = tuple(self._said), []
         times, samples = self._sound_until(frame.time_s)
         counted = Counters(**vars(self._counters))
         return Touch(frame.time_s, now, before, step_s, self._grid, samples, times, counted, said)
 
-    def _set_rest(self, resting: list[Positions], now: Skin) -> Skin:
+    def _set_rest(self, resting: list[Positions]) -> None:
         """Count displacement from the median of some frames, unless something moved in them."""
         self._resting, places = None, np.array(resting)
-        with np.errstate(all="ignore"):
-            still = np.nanmedian(places, axis=0)
-            moved = np.nanmax(np.hypot(*np.moveaxis(places - still, 2, 0)), axis=0)
-        moved_px = float(np.nanquantile(moved, 1 - MOVED_SHARE))
-        if not moved_px <= MOVED_PX:
-            self._said.append(
-                f"rest was not set: expected a skin that stands still for {REST_FRAMES} frames, "
-                f"found markers that move by {moved_px:.1f} px; let go, and set it again"
-            )
-            return now
-        self._rest = np.where(np.isnan(still), self._rest, still)
-        self._said.append("rest was set: displacement counts from here")
-        return Skin(now.position, self._rest)
+        seen = np.isfinite(places[..., 0]).any(axis=0)
+        still = np.nanmedian(places[:, seen], axis=0)
+        found = "no markers"
+        if seen.any():
+            moved = np.nanmax(np.hypot(*np.moveaxis(places[:, seen] - still, 2, 0)), axis=0)
+            moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
+            if moved_px <= MOVED_PX:
+                self._rest = self._rest.copy()
+                self._rest[seen] = still
+                self._said.append("rest was set: displacement counts from here")
+                return
+            found = f"markers that move by {moved_px:.1f} px"
+        self._said.append(
+            f"rest was not set: expected a skin that stands still for {REST_FRAMES} frames, found "
+            f"{found}; let go, and set it again"
+        )
 
     def _sound_until(self, time_s: float) -> tuple[NDArray[np.float64], Response]:
         """Return the samples that were taken by then and are not given out yet."""
@@ -358,7 +369,8 @@ def stream(
     sensor: str | Path | Sensor | None = None,
     audio_offset_s: float = 0.0,
     speed: float = math.inf,
-    **camera: Any,
+    fps_hz: float | None = None,
+    exposure_ms: float | None = None,
 ) -> Fingertip:
     """Open a fingertip, and read what its skin feels frame by frame.
 
@@ -375,8 +387,10 @@ def stream(
         The microphone's clock is ahead of the camera's by this much, s (`afferents align`).
     speed
         Of clips: seconds of theirs in a second; infinite for as fast as they are read.
-    camera
-        ``fps_hz`` and ``exposure_ms`` asked of a camera; ``fps_hz`` of a clip is its true rate.
+    fps_hz
+        Frame rate asked of a camera, or a clip's true one; None for its own.
+    exposure_ms
+        Of the camera; None leaves it.
 
     Raises
     ------
@@ -393,9 +407,8 @@ def stream(
     if not math.isfinite(audio_offset_s):
         raise InputError(f"audio_offset_s: expected a number of s, found {audio_offset_s:g}")
     given = None if sensor is None else sensor_in(sensor)
-    known = given or sensor_of(str(video), camera.get("fps_hz"))
+    known = given or sensor_of(str(video), fps_hz)
     channels: frozenset[Channel] = BOTH if audio is not None else frozenset({"video"})
-    wanted = Wanted(channels, known, camera.get("fps_hz"))
-    sound = None if audio is None else str(audio)
-    sources = open_sources(str(video), sound, wanted, speed, **camera)
+    wanted, sound = Wanted(channels, known, fps_hz), None if audio is None else str(audio)
+    sources = open_sources(str(video), sound, wanted, speed, exposure_ms, fps_hz)
     return Fingertip(sources, known, audio_offset_s)

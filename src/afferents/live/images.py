@@ -29,6 +29,18 @@ MOVED_PX, MOVED_SHARE = 0.2, 0.05
 alone moves them half as far."""
 
 
+def have_moved(distance: Response) -> bool:
+    """Tell whether more markers are off rest than tracking alone moves.
+
+    Parameters
+    ----------
+    distance
+        Of each marker from rest, (marker,), px; NaN where lost.
+    """
+    n_seen = np.count_nonzero(np.isfinite(distance))
+    return bool(np.count_nonzero(distance > MOVED_PX) > MOVED_SHARE * n_seen)
+
+
 @dataclass(frozen=True, eq=False)
 class FrameImages:
     """What one frame shows.
@@ -156,8 +168,7 @@ class Images:
         if (lens := self._sensor.lens) is not None:
             now, rest = undistort(now, lens), undistort(rest, lens)
         self._before, self._now = self._now, Skin(now, rest)
-        moved = np.count_nonzero(np.hypot(*(now - rest).T) > MOVED_PX)
-        at_rest = bool(detected.any() and moved <= MOVED_SHARE * np.count_nonzero(detected))
+        at_rest = bool(detected.any() and not have_moved(self._now.distance))
         responses = self._responses(self._channels, grid)
         return FrameImages(responses, position, detected, grid, at_rest)
 

@@ -1,6 +1,5 @@
 """Signals of a fingertip as JSON lines: a header, then a line a frame."""
 
-import json
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic_core import to_json
 
 from afferents import dims
 from afferents.channels import PARTS
@@ -18,7 +18,7 @@ from afferents.files import require_free
 from afferents.live.fingertip import Fingertip, Touch, stream
 
 UNITS = {
-    "position": dims.PIXELS,
+    dims.POSITION: dims.PIXELS,
     dims.SA1: dims.PIXELS,
     dims.RA1: dims.PIXELS_PER_FRAME,
     "speed": dims.PIXELS_PER_SECOND,
@@ -39,13 +39,12 @@ def signals_in(text: str | Sequence[str], has_sound: bool) -> list[str]:
         If there is none of that name, or vibration is asked for without a source of sound.
     """
     names = list(dict.fromkeys(words_in(text)))
-    for name in names:
-        if name not in UNITS:
-            raise InputError(f"--signals: expected of {', '.join(UNITS)}, found '{name}'")
+    unknown = [name for name in names if name not in UNITS]
+    if unknown or not names:
+        found = f"'{unknown[0]}'" if unknown else "none"
+        raise InputError(f"--signals: expected of {', '.join(UNITS)}, found {found}")
     if dims.RA2 in names and not has_sound:
         raise InputError("--signals: expected a source of sound for ra2 (--audio), found none")
-    if not names:
-        raise InputError(f"--signals: expected of {', '.join(UNITS)}, found none")
     return names
 
 
@@ -63,11 +62,10 @@ def lines_of(fingertip: Fingertip, names: Sequence[str]) -> Iterator[str]:
     names
         Of the signals, see `UNITS`.
     """
-    dropped = -1
-    for touch in fingertip:
-        if dropped < 0:
-            dropped = 0
-            yield json.dumps(_header(fingertip, touch, names))
+    dropped = 0
+    for n, touch in enumerate(fingertip):
+        if n == 0:
+            yield _as_json(_header(fingertip, touch, names))
         line: dict[str, Any] = {
             "time_s": round(touch.time_s, 6),
             "lost": round(touch.lost, DIGITS),
@@ -76,11 +74,11 @@ def lines_of(fingertip: Fingertip, names: Sequence[str]) -> Iterator[str]:
         }
         if dims.RA2 in names:
             line["ra2_time_s"] = touch.ra2_time_s[:1].round(6).tolist()
-        line |= {name: _plain(getattr(touch, name)) for name in names}
+        line |= {name: _rounded(getattr(touch, name)) for name in names}
         if touch.events:
-            line |= {"events": list(touch.events), dims.REST_POSITION: _plain(touch.now.rest)}
+            line |= {"events": touch.events, dims.REST_POSITION: _rounded(touch.now.rest)}
         dropped = touch.quality.dropped
-        yield json.dumps(line)
+        yield _as_json(line)
 
 
 def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str]) -> dict[str, Any]:
@@ -93,15 +91,18 @@ def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str]) -> dict[st
         "unix_ahead_s": time.time() - time.monotonic() if fingertip.is_live else None,
         "units": {name: UNITS[name] for name in names},
         "shear": list(PARTS),
-        dims.REST_POSITION: _plain(touch.now.rest),
+        dims.REST_POSITION: _rounded(touch.now.rest),
     }
 
 
-def _plain(values: NDArray[np.floating]) -> list[Any]:
-    """Return an array as lists, None for NaN."""
-    rounded = np.round(values.astype(float), DIGITS)
-    plain: list[Any] = np.where(np.isnan(rounded), np.array(None), rounded).tolist()
-    return plain
+def _rounded(values: NDArray[np.floating]) -> list[Any]:
+    rounded: list[Any] = np.round(values.astype(float), DIGITS).tolist()
+    return rounded
+
+
+def _as_json(line: dict[str, Any]) -> str:
+    """Return a line of JSON, which has no NaN: null stands there."""
+    return to_json(line, inf_nan_mode="null").decode()
 
 
 def write_lines(lines: Iterator[str], to: str) -> None:

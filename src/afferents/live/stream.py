@@ -1,15 +1,12 @@
 """A stream of predictions from running sources."""
 
-import heapq
 import math
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
-from operator import attrgetter
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.live.events import Channel, Mailbox, Source, Trouble, let_go, read_ahead
+from afferents.live.events import Channel, Mailbox, Source, Trouble, in_order, let_go
 from afferents.live.network import Network
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
@@ -72,10 +69,8 @@ def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Predictio
         if any(math.isfinite(source.speed) for source in used):
             yield from _as_it_comes(used, pipeline)
         else:
-            with ExitStack() as threads:
-                events = [threads.enter_context(read_ahead(source.events())) for source in used]
-                for event in heapq.merge(*events, key=attrgetter("time_s")):
-                    yield from pipeline.feed(event)
+            for event in in_order(used):
+                yield from pipeline.feed(event)
         for stream in pipeline.by_channel.values():  # it ended before there was enough
             silent = [reporter for reporter in stream.reporters if not reporter.spoke]
             yield from (reporter.predict("waiting", stream.now_s) for reporter in silent)

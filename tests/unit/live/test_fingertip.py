@@ -1,6 +1,7 @@
 """A stream of touches says what `extract` stores, frame by frame, and counts what is missing."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from afferents.errors import InputError
 from afferents.extraction.extract import responses_of
 from afferents.live.events import CameraFrame, Trouble
 from afferents.live.fingertip import REST_FRAMES, Fingertip, stream
-from afferents.live.replay import Pace, ReplayedVideo
 from afferents.markers.rest import N_FIRST
 from afferents.recordings.session import read_session
 from afferents.recordings.video import open_video
@@ -118,6 +118,20 @@ def test_what_is_missing_is_a_gap_and_is_counted(clip):
     assert touches[33].step_s == pytest.approx(4 / 90)
 
 
+def test_a_gap_among_the_first_frames_is_one_too(clip):
+    given = [event for n, event in enumerate(frames_of(clip)) if n not in (14, 15)]
+    touches = {round(90 * t.time_s): t for t in Fingertip([Given(given)], TIP)}
+    assert [i for i, t in touches.items() if np.isnan(t.ra1).all()] == [FIRST, 16]
+
+
+def test_rest_is_not_set_where_no_marker_is_seen(clip):
+    tip = Fingertip([Given([])], TIP)
+    tip._rest = rest = np.zeros((361, 2))
+    tip._set_rest([np.full((361, 2), np.nan)] * REST_FRAMES)
+    assert tip._rest is rest
+    assert "found no markers; let go" in tip._said[0]
+
+
 def test_rest_is_set_anew_where_nothing_moves_and_else_refused(make_video, tmp_path):
     shift = np.array([0.0] * 25 + [4.0] * 25 + [4 + 0.5 * i for i in range(1, 26)])
     clip = make_video(tmp_path / "rest.mp4", shift)
@@ -135,6 +149,7 @@ def test_rest_is_set_anew_where_nothing_moves_and_else_refused(make_video, tmp_p
     assert told[30 + REST_FRAMES] == "rest was set: displacement counts from here"
     assert np.isnan(touches[30 + REST_FRAMES].ra1).all()
     assert "rest was not set: expected a skin that stands still" in told[52 + REST_FRAMES]
+    assert np.isfinite(touches[52 + REST_FRAMES].ra1).all()
     assert np.nanmedian(touches[74].sa1) == pytest.approx(12.5, abs=0.1)
 
 
@@ -144,10 +159,25 @@ def test_a_clip_shorter_than_the_frames_at_rest_is_told_whole(make_video, tmp_pa
         assert len(list(tip)) == N_FIRST - 5
 
 
+class Bursting(Given):
+    """A running camera whose first frames are waited for; the others come all at once."""
+
+    speed, reader = 1.0, None
+
+    def events(self):
+        for n, event in enumerate(self._given):
+            while n <= FIRST + N_FIRST and self.reader._counters.frames < n:
+                time.sleep(0.001)
+            yield event
+
+
 def test_a_running_source_may_be_read_slowly(clip):
     """What is not taken in time is dropped and counted, and what is taken is right."""
-    with Fingertip([ReplayedVideo(open_video(clip), Pace(3.0))], TIP) as tip:
+    camera = Bursting(frames_of(clip))
+    with Fingertip([camera], TIP) as tip:
+        camera.reader = tip
         touches = list(tip)
+    assert camera.closed
     taken = [round(90 * t.time_s) for t in touches]
     assert taken == sorted(set(taken))
     assert touches[-1].quality.frames + touches[-1].quality.dropped == 60
