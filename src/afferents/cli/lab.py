@@ -152,6 +152,7 @@ def live(
     signals: str | None = None,
     to: str = "-",
     as_json: bool = False,
+    control: bool = False,
     quiet: bool = False,
 ) -> None:
     """Look at what a fingertip senses, classify texture while it slides, or give out its signals.
@@ -198,6 +199,8 @@ def live(
         File for the signals, such as touch.jsonl; - for the terminal.
     as_json
         Print predictions as JSON, one per line.
+    control
+        Set rest anew for each line 'rest' on standard input (in a terminal: key z).
     quiet
         No progress bars; plain lines on stderr.
     """
@@ -236,7 +239,8 @@ def live(
         wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, images, offset_s)
-    give_out(sources, pipeline, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+    page = (host, port, token) if web else None
+    give_out(sources, pipeline, web=page, lsl=lsl, as_json=as_json, control=control)
 
 
 def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:

@@ -27,8 +27,8 @@ from afferents.live.events import (
     Wanted,
     in_order,
 )
-from afferents.live.images import MOVED_PX, MOVED_SHARE, have_moved
 from afferents.live.prediction import Counters
+from afferents.live.rest import NewRest, have_moved
 from afferents.live.sensor_streams import JUMP_S, LATE_S, MISSING, Cadence
 from afferents.live.sensors import DeviceSource
 from afferents.live.sources import open_sources, sensor_of
@@ -41,8 +41,6 @@ from afferents.markers.track import Tracker, start_at_rest
 from afferents.store.recording import Frame
 
 Response = NDArray[np.float32]
-REST_FRAMES = 10
-"""Frames without motion that displacement may count from anew."""
 _NO_SOUND = np.zeros((0, 1), np.float32)
 
 
@@ -178,7 +176,7 @@ class Fingertip:
         self._sound_ends_s: float | None = None
         self._tracker: Tracker | None = None
         self._before: Skin | None = None
-        self._resting: list[Positions] | None = None
+        self._resting: NewRest | None = None
         self._first: list[tuple[Frame, bool]] = []
         self._begin()
 
@@ -223,10 +221,10 @@ class Fingertip:
     def set_rest(self) -> None:
         """Let displacement count from where the markers are now.
 
-        That is where the next `REST_FRAMES` frames show them, if nothing moves in these; whether it
+        That is where the next ten frames show them, if nothing moves in these; whether it
         was set, or why not, is among the `events` of the last of them.
         """
-        self._resting = []
+        self._resting = NewRest()
 
     def _begin(self) -> None:
         """Take the next frame for the first of a recording, with the skin at rest."""
@@ -322,36 +320,17 @@ class Fingertip:
         before = self._before if follows else None
         step_s, self._last_s, self._before = frame.time_s - self._last_s, frame.time_s, now
         if self._resting is not None:
-            self._resting.append(np.asarray(now.position, np.float64))
-            if len(self._resting) == REST_FRAMES:
-                self._set_rest(self._resting)
-                if now.rest is not self._rest:
-                    now, before = Skin(now.position, self._rest), None
-                    self._before = now
+            done = self._resting.feed(now.position, now.rest)
+            if done is not None:
+                (rest, what), self._resting = done, None
+                self._said.append(what)
+                if rest is not None:
+                    self._rest, before = rest, None
+                    self._before = now = Skin(now.position, rest)
         said, self._said = tuple(self._said), []
         times, samples = self._sound_until(frame.time_s)
         counted = Counters(**vars(self._counters))
         return Touch(frame.time_s, now, before, step_s, self._grid, samples, times, counted, said)
-
-    def _set_rest(self, resting: list[Positions]) -> None:
-        """Count displacement from the median of some frames, unless something moved in them."""
-        self._resting, places = None, np.array(resting)
-        seen = np.isfinite(places[..., 0]).any(axis=0)
-        still = np.nanmedian(places[:, seen], axis=0)
-        found = "no markers"
-        if seen.any():
-            moved = np.nanmax(np.hypot(*np.moveaxis(places[:, seen] - still, 2, 0)), axis=0)
-            moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
-            if moved_px <= MOVED_PX:
-                self._rest = self._rest.copy()
-                self._rest[seen] = still
-                self._said.append("rest was set: displacement counts from here")
-                return
-            found = f"markers that move by {moved_px:.1f} px"
-        self._said.append(
-            f"rest was not set: expected a skin that stands still for {REST_FRAMES} frames, found "
-            f"{found}; let go, and set it again"
-        )
 
     def _sound_until(self, time_s: float) -> tuple[NDArray[np.float64], Response]:
         """Return the samples that were taken by then and are not given out yet."""

@@ -11,8 +11,9 @@ from afferents import dims
 from afferents.channels import CHANNELS, Channel, Skin
 from afferents.errors import InputError
 from afferents.filling import Filler
+from afferents.live.rest import NewRest, have_moved
 from afferents.markers.calibrate import calibrate_from_clips
-from afferents.markers.detect import undistort
+from afferents.markers.detect import Positions, undistort
 from afferents.markers.grid import Grid
 from afferents.markers.places import images_of
 from afferents.markers.rest import MOST_STALE, N_FRAMES, STILL, check_size, stands_still_again
@@ -24,21 +25,6 @@ Image = NDArray[np.float32]
 Response = NDArray[np.floating]
 SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
 """Channels that the page shows, whatever models classify by."""
-MOVED_PX, MOVED_SHARE = 0.2, 0.05
-"""Nothing touches the skin where no more markers than this share are this far from rest: tracking
-alone moves them half as far."""
-
-
-def have_moved(distance: Response) -> bool:
-    """Tell whether more markers are off rest than tracking alone moves.
-
-    Parameters
-    ----------
-    distance
-        Of each marker from rest, (marker,), px; NaN where lost.
-    """
-    n_seen = np.count_nonzero(np.isfinite(distance))
-    return bool(np.count_nonzero(distance > MOVED_PX) > MOVED_SHARE * n_seen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +84,9 @@ class Images:
     ----------
     sensor
         Whose markers it follows; None while that is not known.
+    rest_said
+        Whether rest was set anew with the last frame, and that or why not in a sentence; None if
+        nobody asked.
 
     Raises
     ------
@@ -130,6 +119,13 @@ class Images:
         self._fillers: dict[str, Filler] = {}
         self._now: Skin | None = None
         self._before: Skin | None = None
+        self._rest: Positions | None = None
+        self._resting: NewRest | None = None
+        self.rest_said: tuple[bool, str] | None = None
+
+    def set_rest(self) -> None:
+        """Let displacement count from where the next frames show the markers; see `NewRest`."""
+        self._resting = NewRest()
 
     def skip(self) -> None:
         """Frames are missing before the next one: it has no RA-I."""
@@ -164,13 +160,23 @@ class Images:
         position, detected = self._tracker.step(frame.luma)
         grid = self._tracker.grid
         assert grid is not None
-        now, rest = position, self._tracker.rest_position
-        if (lens := self._sensor.lens) is not None:
-            now, rest = undistort(now, lens), undistort(rest, lens)
-        self._before, self._now = self._now, Skin(now, rest)
+        now = self._straight(position)
+        if self._rest is None:
+            self._rest = self._straight(self._tracker.rest_position)
+        self.rest_said = None
+        if self._resting and (done := self._resting.feed(now, self._rest)):
+            (rest, what), self._resting = done, None
+            self.rest_said = rest is not None, what
+            if rest is not None:
+                self._rest, self._now = rest, None
+        self._before, self._now = self._now, Skin(now, self._rest)
         at_rest = bool(detected.any() and not have_moved(self._now.distance))
         responses = self._responses(self._channels, grid)
         return FrameImages(responses, position, detected, grid, at_rest)
+
+    def _straight(self, position: Positions) -> Positions:
+        """Return positions as a lens without distortion would have shown them, px."""
+        return position if self._sensor.lens is None else undistort(position, self._sensor.lens)
 
     def show(self, images: FrameImages) -> FrameImages:
         """Add what only the page shows to the images that `feed` returned last."""

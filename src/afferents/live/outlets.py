@@ -7,6 +7,7 @@ from types import ModuleType
 from typing import Any
 
 from afferents.errors import InputError
+from afferents.live.control import set_rest_when_asked
 from afferents.live.events import Begin, Source, let_go
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
@@ -91,6 +92,7 @@ def give_out(
     web: Address | None = None,
     lsl: bool = False,
     as_json: bool = False,
+    control: bool = False,
 ) -> None:
     """Run a pipeline, and give out what it predicts or shows, until the sources end.
 
@@ -104,6 +106,8 @@ def give_out(
         Whether LSL outlets are opened as well.
     as_json
         Whether predictions are printed as JSON lines.
+    control
+        Whether rest is set by lines on standard input; see `set_rest_when_asked`.
 
     Raises
     ------
@@ -111,7 +115,7 @@ def give_out(
         As `stream.run`; if packages are missing, or the page can't be served there; without a
         page, if the sources end and nothing was ever known, as of another sensor's clip.
     """
-    with let_go(sources):
+    with let_go(sources), set_rest_when_asked(pipeline.set_rest, control):
         check_sources(sources, pipeline)  # before anything is opened for the predictions
         predictions = _predictions(sources, pipeline, lsl, as_json)
         if web is not None:

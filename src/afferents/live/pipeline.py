@@ -123,6 +123,15 @@ class LivePipeline:
             for reporter in stream.reporters
         ]
 
+    def set_rest(self) -> bool:
+        """Let displacement count from where the markers are now; tell whether there are any.
+
+        Whether it was set, or why not, comes among the troubles of a prediction ten frames later.
+        """
+        if self.video is not None:
+            self.video.images.set_rest()
+        return self.video is not None
+
     def show_spikes(self) -> None:
         """From now on simulate units that the responses drive, for `trains`."""
         if self.video is not None:

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.dims import SA1
 from afferents.live.events import CameraFrame, Sound
 from afferents.live.images import FrameImages
+from afferents.live.rest import MOVED_PX, MOVED_SHARE
 from afferents.markers.detect import spacing_px
 from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
 from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
@@ -116,6 +118,10 @@ MANY_LOST = 0.05
 """so is a larger share of markers lost."""
 REPEATS = 180
 """Frames in a row that are looked at for repeats."""
+STILL_S, STILL_PX = 3.0, 0.1
+"""Markers that stay as far from rest as they are, within this, for so long stand still;"""
+MOST_OFF_PX = 1.5
+"""and where they are no farther off, rest may have moved: a touch moves some of them more."""
 
 
 class VideoQuality(Quality):
@@ -123,8 +129,9 @@ class VideoQuality(Quality):
 
     Its numbers are ``fps_hz`` (frames a second, by their own times), ``n_markers``, ``lost`` (share
     of marker positions), ``n_lost`` (markers lost for more than half of the second), ``repeated``
-    (share of the last 180 frames), ``disc_grey``, ``skin_grey``, ``saturated`` and ``edge_px`` (as
-    of `ImageQuality`, of the newest frame).
+    (share of the last 180 frames), ``rest_off_px`` (how far from rest markers have stood still for
+    3 s, where that is so little that nothing may touch them), ``disc_grey``, ``skin_grey``,
+    ``saturated`` and ``edge_px`` (as of `ImageQuality`, of the newest frame).
     """
 
     def begin(self) -> None:
@@ -132,6 +139,7 @@ class VideoQuality(Quality):
         super().begin()
         self._seen: deque[tuple[float, NDArray[np.bool_] | None]] = deque()  # s; markers found
         self._change: deque[float] = deque(maxlen=REPEATS)
+        self._off: deque[tuple[float, float]] = deque()  # s; px from rest, of nearly all markers
         self._sample: NDArray[np.uint8] | None = None
         self._light: ImageQuality | None = None
 
@@ -143,6 +151,11 @@ class VideoQuality(Quality):
         self._seen.append((picture.time_s, None if found is None else found.detected))
         while self._seen[0][0] < picture.time_s - SPAN_S:
             self._seen.popleft()
+        if found is not None:
+            off_px = float(np.quantile(found.markers[SA1], 1 - MOVED_SHARE))
+            self._off.append((picture.time_s, off_px))
+            while self._off[0][0] < picture.time_s - STILL_S:
+                self._off.popleft()
         if self._is_due(picture.time_s):
             self._light = None
             if found is not None and found.detected.any():
@@ -162,11 +175,17 @@ class VideoQuality(Quality):
             numbers["n_lost"] = float((share < 0.5).sum())
         if len(self._change) == REPEATS:
             numbers["repeated"] = float(find_repeated(np.array(self._change)).mean())
+        off_px = [px for _, px in self._off]
+        if off_px and self._off[-1][0] - self._off[0][0] > STILL_S - EVERY_S:
+            is_still = max(off_px) - min(off_px) < STILL_PX
+            if is_still and MOVED_PX < off_px[-1] < MOST_OFF_PX:
+                numbers["rest_off_px"] = off_px[-1]
         return numbers | (vars(self._light) if self._light else {})
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
-        said, light = [*self._rate(), *self._markers(), *self._repeats()], self._light
+        said = [*self._rate(), *self._markers(), *self._rest(), *self._repeats()]
+        light = self._light
         return said + ([] if light is None else _describe_light(light))
 
     def _rate(self) -> list[Figure]:
@@ -189,6 +208,15 @@ class VideoQuality(Quality):
             Figure("markers", f"{n - gone} of {n}"),
             Figure("lost", f"{lost:.1%} of positions", issue if lost > MANY_LOST else ""),
         ]
+
+    def _rest(self) -> list[Figure]:
+        if (off_px := self.numbers.get("rest_off_px")) is None:
+            return []
+        issue = (
+            f"Markers stand still {off_px:.1f} px off rest: if nothing touches the skin, set rest "
+            "again (z)."
+        )
+        return [Figure("off rest", f"{off_px:.1f} px", issue)]
 
     def _repeats(self) -> list[Figure]:
         if (share := self.numbers.get("repeated")) is None:

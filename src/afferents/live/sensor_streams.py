@@ -398,6 +398,12 @@ class VideoStream(SensorStream):
         late = self.is_late(picture.time_s, picture.arrived_s)
         if images is None:
             return None, []
+        if self.images.rest_said is not None:
+            was_set, what = self.images.rest_said
+            for reporter in self.reporters:
+                reporter.interrupt(what)
+                if was_set:  # what was recognised before counted from another rest
+                    reporter.begin()
         if late or self._step > self._longest:
             super().skip()  # the networks have not seen it; RA-I has
             return images, self.report_nothing("stalled")

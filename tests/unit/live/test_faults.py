@@ -72,6 +72,23 @@ AHEAD_S = 3600
 would soon have waited here as well."""
 
 
+def test_evidence_begins_anew_where_rest_is_set_and_goes_on_where_it_is_refused(models, pictures):
+    """The clip's first picture shows the skin at rest, its last ones sliding drums."""
+    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
+    pipeline.video.speed = math.inf
+    fed(pipeline, pictures[:30])
+    assert pipeline.set_rest()
+    sliding = fed(pipeline, pictures[30:41])
+    assert [p.troubles[0][:16] for p in sliding if p.troubles] == ["rest was not set"]
+    assert max(sliding[-1].evidence.values()) > 2 / len(sliding[-1].evidence)
+    assert pipeline.set_rest()
+    image = pictures[40].frame.image
+    resting = fed(pipeline, [CameraFrame(Frame(i / 90, image), 0.0) for i in range(41, 61)])
+    assert resting[9].troubles == ("rest was set: displacement counts from here",)
+    assert {p.state for p in resting[9:]} == {"untouched"}
+    assert len(set(resting[9].evidence.values())) == 1
+
+
 @pytest.mark.parametrize("fault", ["dropped", "torn"])
 def test_a_run_of_ten_never_spans_a_missing_or_torn_frame(seeing, pictures, fault):
     lost = 30

@@ -11,7 +11,8 @@ from afferents.channels import CHANNELS, marker_speed
 from afferents.errors import InputError
 from afferents.extraction.extract import responses_of
 from afferents.live.events import CameraFrame, Trouble
-from afferents.live.fingertip import REST_FRAMES, Fingertip, stream
+from afferents.live.fingertip import Fingertip, stream
+from afferents.live.rest import REST_FRAMES
 from afferents.markers.rest import N_FIRST
 from afferents.recordings.session import read_session
 from afferents.recordings.video import open_video
@@ -122,14 +123,6 @@ def test_a_gap_among_the_first_frames_is_one_too(clip):
     given = [event for n, event in enumerate(frames_of(clip)) if n not in (14, 15)]
     touches = {round(90 * t.time_s): t for t in Fingertip([Given(given)], TIP)}
     assert [i for i, t in touches.items() if np.isnan(t.ra1).all()] == [FIRST, 16]
-
-
-def test_rest_is_not_set_where_no_marker_is_seen(clip):
-    tip = Fingertip([Given([])], TIP)
-    tip._rest = rest = np.zeros((361, 2))
-    tip._set_rest([np.full((361, 2), np.nan)] * REST_FRAMES)
-    assert tip._rest is rest
-    assert "found no markers; let go" in tip._said[0]
 
 
 def test_rest_is_set_anew_where_nothing_moves_and_else_refused(make_video, tmp_path):

@@ -187,6 +187,19 @@ def test_quality_says_what_is_wrong_with_pictures(squares):
     assert said["edges"].issue.endswith("focus the camera")
 
 
+def test_markers_that_stand_still_off_rest_are_named_until_rest_is_set(squares):
+    crept = [draw(GRID + np.array([0.4, 0]))] * 360
+    pipeline, predictions = looked_at([*[squares[0.0]] * 12, *crept])
+    assert predictions[-1].quality["rest_off_px"] == pytest.approx(0.4, abs=0.05)
+    issue = "Markers stand still 0.4 px off rest: if nothing touches the skin, set rest again (z)."
+    assert figures(pipeline.video)["off rest"].issue == issue
+    assert pipeline.set_rest()
+    said = [p.troubles for event in pictures(crept, begin_s=4.2) for p in pipeline.feed(event)]
+    assert [told for told in said if told] == [("rest was set: displacement counts from here",)]
+    assert "off rest" not in figures(pipeline.video)
+    assert np.abs(pipeline.video.newest.markers[SA1]).max() < 0.05
+
+
 def test_quality_and_spectrum_of_sound():
     time_s = np.arange(2 * int(RATE_HZ)) / RATE_HZ
     tone = 0.5 * np.sin(2 * np.pi * 40 * time_s)

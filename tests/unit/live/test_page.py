@@ -208,6 +208,8 @@ def test_the_page_of_who_only_looks(launch, browser, recording):
         says(page, "#fired", "SA ", "RA ", "PC ")
         page.wait_for_selector("#models", state="hidden")
         says(page, "#ra1-scale", "px")
+        page.get_by_role("button", name="Set rest").click()
+        says(page, "#quality", "rest was")  # set or, as the skin moves, not
         assert page.faults == []
         page.close()
     finally:

@@ -58,6 +58,8 @@ def serve(
     asked = threading.Event()
 
     def request(what: str) -> bool:
+        if what == "rest":
+            return pipeline.set_rest()
         can = what == "again" and snapshots.repeats and snapshots.ended is not None
         if can:
             asked.set()

@@ -80,6 +80,7 @@ class Snapshots(Shown, Newest):
         """Return what does not change: who says something, models, or none of them."""
         return {
             "type": "hello",
+            "has_rest": self._pipeline.video is not None,
             "models": [
                 {**reporter.introduce(), "channel": channel}
                 for channel, reporter in self._pipeline.reporters

@@ -25,6 +25,7 @@ function greet(hello) {
   document.body.classList.toggle("looking", !classifying.length); // no models: pictures take the page
   $("models").hidden = !classifying.length;
   $("title").textContent = classifying.length ? "What the fingertip recognises" : "What the sensor shows";
+  $("rest").hidden = !hello.has_rest;
   if (hello.recording) $("title").textContent = "Recording";
   $("models").replaceChildren(...classifying.map((model) => {
     const view = modelView(model);
@@ -283,10 +284,13 @@ const pause = () => {
 const mark = () => { marked = press($("mark"), !marked); };
 $("pause").onclick = pause;
 $("again").onclick = () => fetch(`do/again${location.search}`, { method: "POST" });
+const rest = () => fetch(`do/rest${location.search}`, { method: "POST" });
+$("rest").onclick = rest;
 $("mark").onclick = mark;
 addEventListener("keydown", (event) => {
   if (event.target.closest("button, summary, a") || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " ") { event.preventDefault(); pause(); }
   if (event.key === "m") mark();
+  if (event.key === "z" && !$("rest").hidden) rest();
 });
 connect();
