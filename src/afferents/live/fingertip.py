@@ -27,6 +27,7 @@ from afferents.live.events import (
     Wanted,
     in_order,
 )
+from afferents.live.pipeline import require_finite
 from afferents.live.prediction import Counters
 from afferents.live.rest import NewRest, have_moved
 from afferents.live.sensor_streams import JUMP_S, LATE_S, MISSING, Cadence
@@ -41,6 +42,8 @@ from afferents.markers.track import Tracker, start_at_rest
 from afferents.store.recording import Frame
 
 Response = NDArray[np.float32]
+MOST_SOUND_S = 5.0
+"""Sound that waits for a frame is kept for so long."""
 _NO_SOUND = np.zeros((0, 1), np.float32)
 
 
@@ -263,6 +266,8 @@ class Fingertip:
             self._counters.lost_samples += lost
         self._sound_ends_s = begin_s + n / self.sample_rate_hz
         self._pieces.append((begin_s + np.arange(n) / self.sample_rate_hz, sound.samples))
+        while begin_s - self._pieces[0][0][0] > MOST_SOUND_S:  # the camera gives nothing
+            self._counters.lost_samples += len(self._pieces.pop(0)[0])
 
     def _look(self, picture: CameraFrame) -> Iterator[Touch]:
         """Follow the markers into the next frame; the first frames wait until there are enough."""
@@ -383,8 +388,7 @@ def stream(
     >>> len(largest)
     45
     """
-    if not math.isfinite(audio_offset_s):
-        raise InputError(f"audio_offset_s: expected a number of s, found {audio_offset_s:g}")
+    require_finite(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
     known = given or sensor_of(str(video), fps_hz)
     channels: frozenset[Channel] = BOTH if audio is not None else frozenset({"video"})

@@ -49,7 +49,7 @@ class LivePipeline:
             If there is none, two learnt from different sensors, rates or spectra, or the offset is
             no finite number.
         """
-        _require_finite(audio_offset_s)
+        require_finite(audio_offset_s)
         if not networks:
             raise InputError("--model: expected at least one model, found none")
         names = [network.card.model for network in networks]
@@ -88,7 +88,7 @@ class LivePipeline:
             If there is no source, its sound has too few samples a second for a spectrum, or the
             offset is no finite number.
         """
-        _require_finite(audio_offset_s)
+        require_finite(audio_offset_s)
         rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
@@ -172,7 +172,14 @@ def _listening(rate_hz: float, offset_s: float) -> AudioStream:
         ) from error
 
 
-def _require_finite(offset_s: float) -> None:
+def require_finite(offset_s: float) -> None:
+    """Refuse an offset of the microphone's clock, s, that is no finite number.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
     if not math.isfinite(offset_s):
         raise InputError(
             f"--audio-offset-ms: expected a number of ms, found {offset_s:g}; 'afferents align' "

@@ -10,8 +10,8 @@ from afferents import dims, load_sensor, track
 from afferents.channels import CHANNELS, marker_speed
 from afferents.errors import InputError
 from afferents.extraction.extract import responses_of
-from afferents.live.events import CameraFrame, Trouble
-from afferents.live.fingertip import Fingertip, stream
+from afferents.live.events import CameraFrame, Sound, Trouble
+from afferents.live.fingertip import MOST_SOUND_S, Fingertip, stream
 from afferents.live.rest import REST_FRAMES
 from afferents.markers.rest import N_FIRST
 from afferents.recordings.session import read_session
@@ -75,10 +75,10 @@ def test_sound_comes_with_the_frames_that_it_came_between(session):
 class Given:
     """Frames as a camera would give them, without waiting."""
 
-    channel, rate_hz, speed = "video", 90.0, math.inf
+    speed = math.inf
 
-    def __init__(self, events):
-        self._given = events
+    def __init__(self, events, channel="video", rate_hz=90.0):
+        self._given, self.channel, self.rate_hz = events, channel, rate_hz
         self.closed = False
 
     def events(self):
@@ -117,6 +117,18 @@ def test_what_is_missing_is_a_gap_and_is_counted(clip):
     assert (counted.dropped, counted.doubled, counted.torn, counted.troubles) == (3, 1, 1, 1)
     assert touches[55].events == ("camera 0: gone",)
     assert touches[33].step_s == pytest.approx(4 / 90)
+
+
+def test_sound_of_a_camera_that_gives_nothing_is_kept_for_seconds_and_then_counted(clip):
+    frames = frames_of(clip)
+    late = frames[-1]._replace(frame=frames[-1].frame._replace(time_s=20.0))
+    pieces = [Sound(i / 10, np.full((100, 1), i, np.float32), 0.0) for i in range(201)]
+    tip = Fingertip([Given([*frames, late]), Given(pieces, "audio", 1000.0)], TIP)
+    *_, last = tip
+    assert last.ra2[0] >= 199 - 10 * MOST_SOUND_S  # that came before the frame, or with it
+    assert len(last.ra2) <= 1000 * MOST_SOUND_S + 200
+    before = np.searchsorted(np.arange(20_000), 1000 * frames[-1].time_s, "right")
+    assert last.quality.lost_samples == 20_000 - before - len(last.ra2)
 
 
 def test_a_gap_among_the_first_frames_is_one_too(clip):
@@ -184,7 +196,7 @@ def test_a_running_source_may_be_read_slowly(clip):
     [
         ({"video": "camera:9"}, "expected a sensor file for camera:9, found none"),
         ({"video": "none.mp4"}, "expected camera:0, .* found 'none.mp4'"),
-        ({"video": "rig", "audio_offset_s": math.nan}, "audio_offset_s: expected a number"),
+        ({"video": "rig", "audio_offset_s": math.nan}, "--audio-offset-ms: expected a number"),
         ({"video": "rig", "sensor": "none.toml"}, "none.toml"),
     ],
 )
