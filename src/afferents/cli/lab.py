@@ -23,6 +23,8 @@ def devices() -> Output:
     table = Table(show_header=False, box=None)
     for camera in found.cameras:
         table.add_row("camera", camera.device, camera.name)
+        if camera.lasting:
+            table.add_row("", "", f"also {camera.lasting}")
         for mode in camera.modes:
             rates = ", ".join(f"{rate:g}" for rate in mode.fps_hz)
             table.add_row("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}")

@@ -16,11 +16,19 @@ from afferents.plugins import how_to_install
 
 @dataclass(frozen=True)
 class FoundCamera:
-    """A camera: its path, its name, and what it offers."""
+    """A camera: its path, its name, and what it offers.
+
+    Attributes
+    ----------
+    lasting
+        Its path by what it is, which stays the same when the machine starts again; None where the
+        system gives none.
+    """
 
     device: str
     name: str
     modes: tuple[Mode, ...]
+    lasting: str | None = None
 
 
 @dataclass(frozen=True)
@@ -91,10 +99,12 @@ def _look_at_cameras(found: Found, folder: Path) -> None:
     if sys.platform != "linux":
         found.notes.append(f"cameras: they can be listed on Linux only, not on {sys.platform}")
         return
+    lasting = {link.resolve(): str(link) for link in (folder / "v4l" / "by-id").glob("*")}
     for path in sorted(folder.glob("video*"), key=_number):
         try:
             with closing(Node(str(path))) as node:
-                found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node))))
+                stays = lasting.get(path.resolve())
+                found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node)), stays))
         except AfferentsError as error:
             found.notes.append(str(error))
 

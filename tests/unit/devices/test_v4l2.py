@@ -170,6 +170,9 @@ def test_cameras_are_listed_with_their_formats_and_rates(with_driver, tmp_path):
     folder.mkdir()
     for name in ("video0", "video1?denied=1", "video2?metadata=1"):
         (folder / name).touch()
+    by_id = folder / "v4l" / "by-id"
+    by_id.mkdir(parents=True)
+    (by_id / "usb-A_camera-video-index0").symlink_to("../../video0")
     found = with_driver(f"""
 from pathlib import Path
 from dataclasses import asdict
@@ -178,6 +181,7 @@ print(json.dumps(asdict(find_devices(Path({str(folder)!r})))))
 """)
     (camera,) = found["cameras"]
     assert camera["name"] == "A camera that is none"
+    assert camera["lasting"] == str(by_id / "usb-A_camera-video-index0")
     assert ["MJPG", 640, 480, [90, 30]] in camera["modes"]
     assert ["YUYV", 320, 240, [60, 30]] in camera["modes"]
     notes = [note for note in found["notes"] if "fakecam" in note]
