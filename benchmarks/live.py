@@ -1,4 +1,4 @@
-"""How soon after a frame or sound a prediction is there, how fast, in how much memory.
+"""How soon after a frame or sound a prediction or signals are there, how fast, in how much memory.
 
     python benchmarks/live.py                       # latency of every model, and the whole chain
     python benchmarks/live.py --hours 8             # memory over hours of frames and sound
@@ -40,6 +40,7 @@ from afferents.live import (
     run,
     stream,
 )
+from afferents.live.fingertip import Fingertip
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card
@@ -151,7 +152,34 @@ def latency(recording: Path, models: dict[str, Path]) -> None:
             f"| {title} | {middle:.2f} | {high:.2f} | {max(latency_ms):.2f} | {len(latency_ms)} "
             f"| {dropped} |"
         )
+    signals_ms, dropped = signals(recording)
+    middle, high = np.percentile(signals_ms, [50, 99])
+    print(
+        f"| SA-I, RA-I, shear (`stream`) | {middle:.2f} | {high:.2f} | {max(signals_ms):.2f} "
+        f"| {len(signals_ms)} | {dropped} |"
+    )
     os.sched_setaffinity(0, cores)
+
+
+def signals(recording: Path) -> tuple[list[float], int]:
+    """Return how soon after each frame its signals are there, ms; and how many were dropped."""
+    video, _ = sources(recording, 1.0)
+    arrived, given, found_ms = {}, video.events, []
+
+    def noted() -> Iterator[Any]:
+        for event in given():
+            if isinstance(event, CameraFrame):
+                arrived[event.time_s] = event.arrived_s
+            yield event
+
+    with (
+        patch.object(video, "events", noted),
+        Fingertip([video], load_sensor("tip_b")) as fingertip,
+    ):
+        for touch in fingertip:
+            assert all(len(one) for one in (touch.sa1, touch.ra1, touch.shear, touch.position))
+            found_ms.append(1000 * (time.monotonic() - arrived[touch.time_s]))
+    return found_ms[SETTLED:], touch.quality.dropped
 
 
 class Stopwatch:
