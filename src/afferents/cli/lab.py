@@ -150,7 +150,7 @@ def live(
     token: str | None = None,
     lsl: bool = False,
     signals: str | None = None,
-    to: str = "-",
+    to: Sequence[str] = ("-",),
     as_json: bool = False,
     quiet: bool = False,
 ) -> None:
@@ -192,10 +192,11 @@ def live(
     lsl
         Also send predictions as streams of Lab Streaming Layer.
     signals
-        Give out these for each frame, as JSON lines: some of position, sa1, ra1, speed, shear, ra2,
-        separated by commas.
+        Give out these for each frame: some of position, sa1, ra1, speed, shear, ra2, separated by
+        commas.
     to
-        File for the signals, such as touch.jsonl; - for the terminal.
+        Where signals go: - for the terminal or a file such as touch.jsonl, as JSON lines; lsl for
+        Lab Streaming Layer (default: -). May be repeated.
     as_json
         Print predictions as JSON, one per line.
     quiet
@@ -203,10 +204,12 @@ def live(
     """
     from afferents.choices import speed_factor
     from afferents.live.events import Wanted
+    from afferents.live.fingertip import stream
     from afferents.live.network import Network
     from afferents.live.outlets import give_out
     from afferents.live.pipeline import LivePipeline
-    from afferents.live.signals import give_signals
+    from afferents.live.places import places_in
+    from afferents.live.signals import give_signals, signals_in
     from afferents.live.sources import images_of, open_sources
     from afferents.markers.sensor import load_sensor
     from afferents.recordings.session_file import rate_in
@@ -219,7 +222,11 @@ def live(
                 "--signals: expected none of --model, --web and --lsl beside it, found one; run "
                 "another 'afferents live' for them"
             )
-        give_signals(signals, to, video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
+        if video is None:
+            raise InputError("--video: expected a source, such as camera:0 or rig, found none")
+        names, places = signals_in(signals, audio is not None), places_in(to, (video, audio))
+        tip = stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
+        give_signals(tip, names, places)
         return
     if model and sensor:
         raise InputError(

@@ -1,15 +1,21 @@
-"""Signals as JSON lines: what `track` says of a clip, for any reader, and files that end well."""
+"""Signals as JSON lines: what `track` says of a clip, in files that end well."""
 
-import errno
 import json
+import sys
+from functools import partial
 
 import numpy as np
 import pytest
 
 from afferents import load_sensor, track
 from afferents.live.fingertip import stream
-from afferents.live.signals import UNITS, lines_of, write_lines
+from afferents.live.places import JsonLines
+from afferents.live.signals import UNITS, give_signals
 
+from ...limits import files_no_larger_than
+
+SA1 = ("--signals", "sa1")
+SIGNALS = ("--signals", "position,sa1,ra1,speed", "--sensor", "tip_b")
 FIRST = load_sensor("tip_b").rest_frame
 
 
@@ -28,7 +34,7 @@ def as_array(lines, name):
 def test_lines_are_what_track_says_of_a_clip(run, clip, session):
     code, out, _ = run(
         "live", "--video", clip, "--audio", session / "1/20", "--speed", "max",
-        "--sensor", "tip_b", "--signals", ",".join(UNITS),
+        "--sensor", "tip_b", "--signals", ",".join(UNITS), "--to", "-",
     )  # fmt: skip
     assert code == 0
     header, *lines = map(json.loads, out.splitlines())
@@ -45,49 +51,29 @@ def test_lines_are_what_track_says_of_a_clip(run, clip, session):
     assert sum(len(line["ra2"]) for line in lines) == 4000  # half a second at 8000 Hz
 
 
-def test_events_come_with_the_rest_that_holds_from_there(clip):
-    with stream(clip, sensor="tip_b") as tip:
-        lines = []
-        for line in map(json.loads, lines_of(tip, ["sa1"])):
-            lines.append(line)
-            if len(lines) == 3:
+def test_events_come_with_the_rest_that_holds_from_there(clip, tmp_path):
+    class SetsRest(JsonLines):
+        def write(self, touch, status):
+            super().write(touch, status)
+            if round(touch.time_s * 90) == FIRST + 2:
                 tip.set_rest()
+
+    tip, out = stream(clip, sensor="tip_b"), tmp_path / "touch.jsonl"
+    give_signals(tip, ["sa1"], [partial(SetsRest, out)])
+    lines = [*map(json.loads, out.read_text().splitlines())]
     (told,) = [line for line in lines[1:] if "events" in line]
     assert told["events"] == ["rest was set: displacement counts from here"]
     assert len(told["rest_position"]) == 361
 
 
-def test_a_full_disk_ends_the_file_with_a_whole_line(clip, tmp_path, monkeypatch):
-    class Full:
-        """A file that takes 1000 bytes more."""
-
-        def __init__(self, file):
-            self.file, self.room = file, 1000
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            self.file.close()
-
-        def __getattr__(self, name):
-            return getattr(self.file, name)
-
-        def write(self, data):
-            if not self.room:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            data = bytes(data[: self.room])
-            self.room -= len(data)
-            return self.file.write(data)
-
-    opened = type(tmp_path).open
-    monkeypatch.setattr(type(tmp_path), "open", lambda *args, **how: Full(opened(*args, **how)))
+def test_a_full_disk_ends_the_file_with_a_whole_line(clip, tmp_path, fails):
     out = tmp_path / "full.jsonl"
-    with pytest.raises(OSError, match="No space left"):
-        write_lines(iter([json.dumps({"n": "x" * 300})] * 9), str(out))
+    with files_no_larger_than(60_000):
+        said = fails("live", "--video", clip, "--speed", "max", *SIGNALS, "--to", out)
+    assert f"{out}: expected room on the disk, found File too large" in said
     kept = out.read_bytes()
     assert kept.endswith(b"\n")
-    assert len([json.loads(line) for line in kept.splitlines()]) == 3
+    assert 2 < len([json.loads(line) for line in kept.splitlines()]) < 41
 
 
 @pytest.mark.parametrize(
@@ -100,12 +86,29 @@ def test_a_full_disk_ends_the_file_with_a_whole_line(clip, tmp_path, monkeypatch
         (("--signals", ""), "--signals: expected of position"),
         (("--signals", "ra2"), "--signals: expected a source of sound for ra2 (--audio)"),
         (("--signals", "sa1", "--web"), "--signals: expected none of --model, --web and --lsl"),
-        (("--signals", "sa1", "--to", "CLIP"), "found what the command reads"),
+        ((*SA1, "--to", "CLIP"), "found what the command reads"),
+        ((*SA1, "--to", "NEAR/there.jsonl"), "there.jsonl: expected a name that is free"),
+        ((*SA1, "--to", "osc:127.0.0.1:9000"), "--to: expected -, lsl, or a file of"),
+        ((*SA1, "--to", "lls"), "such as touch.jsonl, found 'lls'"),
+        (
+            (*SA1, "--to", "NEAR/a.jsonl", "--to", "NEAR/a.jsonl"),
+            "--to: expected places that differ",
+        ),
+        ((*SA1, "--to", "-", "--to", "-"), "--to: expected places that differ, found -, -"),
     ],
 )
 def test_signals_that_can_not_be_given(fails, clip, options, sentence):
-    before = clip.read_bytes()
-    assert sentence in fails(
-        "live", "--video", clip, *(str(clip) if o == "CLIP" else o for o in options)
-    )
-    assert clip.read_bytes() == before
+    near = clip.parent
+    (near / "there.jsonl").write_text("kept")
+    before = {path: path.read_bytes() for path in near.iterdir()}
+    given = (one.replace("CLIP", str(clip)).replace("NEAR", str(near)) for one in options)
+    assert sentence in fails("live", "--video", clip, *given)
+    assert {path: path.read_bytes() for path in near.iterdir()} == before
+
+
+@pytest.mark.parametrize(("place", "package", "extra"), [("lsl", "pylsl", "lsl")])
+def test_a_package_that_is_missing_is_named(clip, fails, monkeypatch, place, package, extra):
+    monkeypatch.setitem(sys.modules, package, None)
+    said = fails("live", "--video", clip, *SA1, "--to", place)
+    assert f"expected the packages of the extra '{extra}'" in said
+    assert f"pip install -c constraints.txt '.[{extra}]'" in said
