@@ -196,7 +196,7 @@ def live(
         commas.
     to
         Where signals go: - for the terminal or a file such as touch.jsonl, as JSON lines; lsl for
-        Lab Streaming Layer (default: -). May be repeated.
+        Lab Streaming Layer; mcap:FILE for an MCAP file (default: -). May be repeated.
     as_json
         Print predictions as JSON, one per line.
     quiet

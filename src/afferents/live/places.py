@@ -1,8 +1,10 @@
-"""Where signals go: JSON lines, Lab Streaming Layer."""
+"""Where signals go: JSON lines, Lab Streaming Layer, an MCAP file."""
 
+import shutil
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,12 +14,24 @@ from pydantic_core import to_json
 from afferents import dims
 from afferents.channels import PARTS
 from afferents.errors import InputError, reason_of
-from afferents.files import require_free
+from afferents.files import free_bytes, require_free
 from afferents.live.fingertip import Touch
 from afferents.live.signals import UNITS, Content, Place, rounded
 from afferents.plugins import import_extra
+from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore
+from afferents.version import __version__
 
-STDOUT, LSL = "-", "lsl"
+STDOUT, LSL, MCAP = "-", "lsl", "mcap"
+ABOUT, STATUS = "/touch/about", "/touch/status"
+"""Topics of the header, and of the status of each frame."""
+ROOM_BYTES = 16_000_000
+"""An MCAP file is ended where the disk has less: its last messages and its index need room."""
+_DIMS = {
+    dims.POSITION: (dims.MARKER, dims.SPACE),
+    dims.SHEAR: (dims.SHEAR,),
+    dims.RA2: (dims.AUDIO_TIME, dims.CHANNEL),
+}
+"""Of arrays that are not one number a marker."""
 
 
 def places_in(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
@@ -26,7 +40,7 @@ def places_in(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
     Parameters
     ----------
     given
-        Each ``-`` or a file for JSON lines, or ``lsl``.
+        Each ``-`` or a file for JSON lines, ``lsl``, or ``mcap:FILE``.
     read
         Names of the sources, which must not be written.
 
@@ -40,15 +54,20 @@ def places_in(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
     places: list[Place] = []
     files: list[Path] = []
     for place in given:
-        kind, colon, _ = place.partition(":")
+        kind, colon, name = place.partition(":")
         if place == STDOUT:
             places.append(partial(JsonLines, None))
         elif place == LSL:
             import_extra("lsl", "--to lsl", "pylsl")
             places.append(LslStreams)
-        elif (colon and kind.isalnum()) or not Path(place).suffix:
+        elif kind == MCAP and name:
+            typestore()
+            require_free(_unfinished(Path(name)))
+            files.append(Path(name))
+            places.append(partial(McapFile, files[-1]))
+        elif (colon and kind.isalnum()) or Path(place).suffix in ("", ".mcap"):
             raise InputError(
-                f"--to: expected {STDOUT}, {LSL}, or a file of JSON lines such as "
+                f"--to: expected {STDOUT}, {LSL}, {MCAP}:FILE, or a file of JSON lines such as "
                 f"touch.jsonl, found '{place}'"
             )
         else:
@@ -154,3 +173,73 @@ class LslStreams:
     def close(self) -> None:
         """Withdraw the streams."""
         self._outlets.clear()
+
+
+class McapFile:
+    """A bag of ROS 2 in one MCAP file: an array a topic, header and status as JSON.
+
+    Times are Unix time of a device, and a recording's own. The file has its name once it is whole;
+    until then, and if the system fails, what is written lies in a folder ``FILE.part``.
+    """
+
+    def __init__(self, path: Path, header: Content, first: Touch) -> None:
+        """Write the header."""
+        self._path, self._names = path, [*header["units"]]
+        self._ahead_s = header["unix_ahead_s"] or 0.0
+        types = typestore()
+        self._make = Messages(types)
+        self._bag = Bag(_unfinished(path) / path.stem, types, {"version": __version__})
+        with self._writing():
+            self._bag.writer.open()
+            self._put(first.time_s, ABOUT, self._text_of(header))
+
+    def write(self, touch: Touch, status: Content) -> None:
+        """Write the status, and a message of each signal."""
+        with self._writing():
+            if (free := free_bytes(self._path.parent)) < ROOM_BYTES:
+                raise InputError(
+                    f"{self._path}: expected {ROOM_BYTES / 1e6:g} MB that are free on the disk, "
+                    f"found {free // 1_000_000}; the file is whole up to {touch.time_s:.2f} s, "
+                    "make room for more"
+                )
+            self._put(touch.time_s, STATUS, self._text_of(status))
+            for name in self._names:
+                if (values := getattr(touch, name)).size:
+                    at_s = touch.ra2_time_s[0] if name == dims.RA2 else touch.time_s
+                    topic = POSITIONS if name == dims.POSITION else f"/touch/{name}"
+                    numbers = self._make.numbers(values, _DIMS.get(name, (dims.MARKER,)))
+                    self._put(at_s, topic, numbers)
+
+    def close(self) -> None:
+        """Write the index, and give the file its name."""
+        if self._bag.writer.storage is None:  # the system has failed
+            return
+        with self._writing():
+            self._bag.writer.close()
+            require_free(self._path)
+            (file,) = self._bag.writer.path.glob("*.mcap")
+            file.rename(self._path)
+            shutil.rmtree(_unfinished(self._path))
+
+    def _put(self, at_s: float, topic: str, message: Message) -> None:
+        self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
+
+    def _text_of(self, content: Content) -> Message:
+        return self._make.make(TEXT, data=to_json(content, inf_nan_mode="null").decode())
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say in a sentence what the system fails at; nothing can be written after that."""
+        try:
+            yield
+        except OSError as error:
+            with suppress(OSError):
+                self._bag.writer.abort()
+            raise InputError(
+                f"{self._path}: expected room on the disk, found {reason_of(error)}; what is "
+                f"written lies in {_unfinished(self._path)}, without its end"
+            ) from error
+
+
+def _unfinished(path: Path) -> Path:
+    return path.with_name(f"{path.name}.part")
