@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache, partial
+from pathlib import Path
 
 import av
 import cv2
@@ -19,6 +20,9 @@ from afferents import cli
 from .extras import pytest_make_collect_report, pytest_runtest_makereport, skip_if_lacking  # noqa: F401
 from .kept import kept
 from .launched import Launched, Server
+
+# Lab Streaming Layer announces nothing beyond this machine.
+os.environ.setdefault("LSLAPICFG", str(Path(__file__).with_name("lsl_api.cfg")))
 
 # Who runs the tests in the background, or under nohup, lets them ignore these; the commands that
 # they start would then ignore them too, as they should.

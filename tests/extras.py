@@ -18,6 +18,8 @@ OF_EXTRAS = {
     "grimp",
     "h5py",
     "ipykernel",
+    "mcap",
+    "mcap_ros2",
     "mypy",
     "myst_parser",
     "nbclient",

@@ -32,7 +32,7 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     """
     try:
         modules = [import_module(name) for name in names]
-    except ImportError as error:
+    except (ImportError, OSError, RuntimeError) as error:  # the latter of a library that it needs
         raise _lacking(extra, asked, error) from error
     return modules[0]
 
@@ -54,9 +54,9 @@ def missing_extra(error: ImportError, asked: str) -> InputError | None:
     return _lacking("train", asked, error)
 
 
-def _lacking(extra: str, asked: str, error: ImportError) -> InputError:
-    expected = f"the packages of the extra '{extra}'"
-    return InputError(f"{asked}: expected {expected}, found {error!s}; {how_to_install(extra)}")
+def _lacking(extra: str, asked: str, error: Exception) -> InputError:
+    expected, found = f"the packages of the extra '{extra}'", str(error).partition("\n")[0]
+    return InputError(f"{asked}: expected {expected}, found {found}; {how_to_install(extra)}")
 
 
 # Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``.

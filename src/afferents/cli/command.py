@@ -206,6 +206,8 @@ class Command:
             about["negative"] = flag_of(f"no_{one.name}")
         if one.default is False or is_several:
             about["show_default"] = False
+        if one.default == ("-",):  # stands for the terminal
+            about["allow_leading_hyphen"] = True
         default = None if from_file and one.default is REQUIRED else one.default
         kind: Any = one.kind
         where: Any = inspect.Parameter.POSITIONAL_ONLY if is_word else _BY_NAME

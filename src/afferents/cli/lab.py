@@ -152,7 +152,7 @@ def live(
     token: str | None = None,
     lsl: bool = False,
     signals: str | None = None,
-    to: str = "-",
+    to: Sequence[str] = ("-",),
     as_json: bool = False,
     control: bool = False,
     quiet: bool = False,
@@ -195,10 +195,11 @@ def live(
     lsl
         Also send predictions as streams of Lab Streaming Layer.
     signals
-        Give out these for each frame, as JSON lines: some of position, sa1, ra1, speed, shear, ra2,
-        separated by commas.
+        Give out these for each frame: some of position, sa1, ra1, speed, shear, ra2, separated by
+        commas.
     to
-        File for the signals, such as touch.jsonl; - for the terminal.
+        Where signals go: - for the terminal or a file such as touch.jsonl, as JSON lines; lsl for
+        Lab Streaming Layer; mcap:FILE for an MCAP file (default: -). May be repeated.
     as_json
         Print predictions as JSON, one per line.
     control
@@ -207,11 +208,14 @@ def live(
         No progress bars; plain lines on stderr.
     """
     from afferents.choices import speed_factor
+    from afferents.live.control import set_rest_when_asked
     from afferents.live.events import Wanted
+    from afferents.live.fingertip import stream
     from afferents.live.network import Network
     from afferents.live.outlets import give_out
     from afferents.live.pipeline import LivePipeline
-    from afferents.live.signals import give_signals
+    from afferents.live.places import places_in
+    from afferents.live.signals import give_signals, signals_in
     from afferents.live.sources import images_of, open_sources
     from afferents.markers.sensor import load_sensor
     from afferents.recordings.session_file import rate_in
@@ -224,7 +228,12 @@ def live(
                 "--signals: expected none of --model, --web and --lsl beside it, found one; run "
                 "another 'afferents live' for them"
             )
-        give_signals(signals, to, video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
+        if video is None:
+            raise InputError("--video: expected a source, such as camera:0 or rig, found none")
+        names, places = signals_in(signals, audio is not None), places_in(to, (video, audio))
+        tip = stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
+        with set_rest_when_asked(tip.set_rest, control):
+            give_signals(tip, names, places)
         return
     if model and sensor:
         raise InputError(

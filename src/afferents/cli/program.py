@@ -67,7 +67,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
         Command("track", "afferents.extraction.track:track_into", flags=FPS | TRACKER),
         Command("extract", EXTRACT, several=("accept",), flags=FPS | TRACKER),
         Command("align", "afferents.extraction.align:align", several=("recordings",)),
-        Command("live", "afferents.cli.lab:live", words=(), several=("model",)),
+        Command("live", "afferents.cli.lab:live", words=(), several=("model", "to")),
     ),
     "Texture": (
         Command(

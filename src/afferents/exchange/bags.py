@@ -19,7 +19,7 @@ from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, holds_only, require_free, safe_names, write_aside, write_json
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound, sound_name
-from afferents.recordings.ros_messages import NS, NUMBER, TEXT, Messages, typestore
+from afferents.recordings.ros_messages import NS, NUMBER, POSITIONS, TEXT, Bag, Messages, typestore
 from afferents.store.drum_path import DrumPath
 from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
@@ -27,7 +27,7 @@ from afferents.version import __version__
 
 ABOUT = "export.json"
 """Beside the bags: what was exported."""
-CAMERA, MARKERS, POSITIONS = "/camera/image/compressed", "/camera/markers", "/touch/positions"
+CAMERA, MARKERS = "/camera/image/compressed", "/camera/markers"
 SOUND, VIBRATION, PREDICTION = "/microphone", "/touch/ra2", "/touch/percept"
 DRUM_POSITION, DRUM_SPEED = "/drum/position_mm", "/drum/speed_mm_s"
 _BLOCK_S = 0.1
@@ -114,17 +114,10 @@ class Stamped(NamedTuple):
 
 def _write(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: str) -> None:
     """Write a bag; its messages in order of time."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-        bag.set_custom_data("afferents", json.dumps({"recording": name, "version": __version__}))
-        topics: dict[str, Any] = {}
-        for at_ns, topic, kind, data in heapq.merge(*messages, key=lambda message: message.at_ns):
-            if at_ns < 0:  # before the recording's zero, where a bag knows no time
-                continue
-            if topic not in topics:
-                topics[topic] = bag.add_connection(topic, kind, typestore=types)
-            bag.write(topics[topic], at_ns, data)
+    bag = Bag(path, types, {"recording": name, "version": __version__})
+    with bag.writer:
+        for message in heapq.merge(*messages, key=lambda message: message.at_ns):
+            bag.put(*message)
 
 
 def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Stamped]]:

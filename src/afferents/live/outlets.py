@@ -14,7 +14,7 @@ from afferents.live.prediction import Prediction
 from afferents.live.replay import Played
 from afferents.live.stream import check_sources, run
 from afferents.live.terminal import show
-from afferents.plugins import how_to_install
+from afferents.plugins import import_extra
 
 SHORT = (
     "--video, --audio: expected recordings that are long enough for a prediction, found an end "
@@ -43,13 +43,7 @@ def publish(
     InputError
         If pylsl or the LSL library is missing.
     """
-    try:
-        import pylsl
-    except (ImportError, RuntimeError, OSError) as error:
-        raise InputError(
-            f"--lsl: expected pylsl and the LSL library, found {str(error).splitlines()[0]}; "
-            f"{how_to_install('lsl')}"
-        ) from error
+    pylsl = import_extra("lsl", "--lsl", "pylsl")
     words = {name: pylsl.StreamOutlet(_words(pylsl, name)) for name in textures}
     numbers = {
         name: pylsl.StreamOutlet(_numbers(pylsl, name, several))

@@ -1,4 +1,4 @@
-"""The ROS 2 messages of a bag: types, and how each is made.
+"""The ROS 2 messages of a bag: types, how each is made, and how they are written.
 
 Foxglove and rerun show pictures, sound and marks on pictures if the messages have types that they
 know. Those of ROS itself (`sensor_msgs`, `std_msgs`) come with rosbags; those of Foxglove and of
@@ -6,6 +6,9 @@ know. Those of ROS itself (`sensor_msgs`, `std_msgs`) come with rosbags; those o
 (https://docs.foxglove.dev/docs/sdk/schemas, https://github.com/ros-drivers/audio_common).
 """
 
+import json
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +26,8 @@ ROS_SOUND_STAMPED = "audio_common_msgs/msg/AudioDataStamped"
 ROS_SOUND_INFO = "audio_common_msgs/msg/AudioInfo"
 NUMBER, NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float32MultiArray"
 TEXT = "std_msgs/msg/String"
+POSITIONS = "/touch/positions"
+"""Topic of the markers' places, (marker, space), px."""
 PCM = "pcm-s16"
 _POINTS = 1
 """Of PointsAnnotation: single points, not a line."""
@@ -152,3 +157,34 @@ class Messages:
     def _time(self, at_ns: int) -> Any:
         sec, nanosec = divmod(at_ns, NS)
         return self._types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
+
+
+class Bag:
+    """Writes a bag of ROS 2 by a `writer` of rosbags, which is to be opened and closed.
+
+    Parameters
+    ----------
+    path
+        Folder, which is made; in it an MCAP file of its name.
+    store
+        As `typestore` returns it.
+    about
+        What is noted of the bag.
+    """
+
+    def __init__(self, path: Path, store: Any, about: Mapping[str, str]) -> None:
+        """Write nothing yet."""
+        from rosbags.rosbag2 import StoragePlugin, Writer
+
+        self.writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        self.writer.set_custom_data("afferents", json.dumps(about))
+        self._store = store
+        self._topics: dict[str, Any] = {}
+
+    def put(self, at_ns: int, topic: str, kind: str, data: bytes) -> None:
+        """Write a message; none from before the zero of its clock, where a bag knows no time."""
+        if at_ns < 0:
+            return
+        if topic not in self._topics:
+            self._topics[topic] = self.writer.add_connection(topic, kind, typestore=self._store)
+        self.writer.write(self._topics[topic], at_ns, data)

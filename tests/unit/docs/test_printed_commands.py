@@ -160,7 +160,9 @@ def written(words):
     params = {"out", "save", "overlay", "to", WRITES.get(words[1])}
     params |= {"plan"} if "--example" in words else set()
     values = understood(shlex.join(words))
-    return {str(values[name]) for name in params & set(values)}
+    found = [values[name] for name in params & set(values)]
+    every = [one for value in found for one in (value if isinstance(value, list) else [value])]
+    return {str(one).removeprefix("mcap:") for one in every}
 
 
 def kind_of(name, command):
