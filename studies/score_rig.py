@@ -27,7 +27,9 @@ from typing import Any
 
 import numpy as np
 import rig_measures as measure
+from here import DATA
 from numpy.typing import NDArray
+from results_pages import write
 
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.rig import STEADY_S, Drum, Rig, Surface, bumped_surface
@@ -36,6 +38,9 @@ from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run
 
 PUBLISHED = Path(__file__).parent / "published"
+KEPT = DATA / "rig-score.json"
+COMMANDS = ["git switch --detach 16e4e76f; python studies/score_rig.py", "git switch main"]
+COMMANDS += ["python studies/score_rig.py --parts"]
 IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
 SPEEDS = (20, 40, 50, 80, 100)
 HELD_OUT = {
@@ -46,19 +51,19 @@ HELD_OUT = {
 KINDS = ("spectra", "SA-I", "RA-I")
 CORRELATIONS = ("apart", "pin_1", "pin_3")
 PARTS = {
-    "the same friction on all bumps": ["drum.grip_sd=0"],
-    "printing errors as before": ["drum.print_sd_mm=0.037", "drum.patch_sd_mm=0.15"],
-    "friction by the cube root of the share (one smooth cap)": ["share"],
-    "stiff in its plane, as before": [
+    "without patches of friction on bumps": ["drum.grip_sd=0"],
+    "with the printing errors of before": ["drum.print_sd_mm=0.037", "drum.patch_sd_mm=0.15"],
+    "with friction by the cube root of the share (one smooth cap)": ["share"],
+    "as stiff in its plane as before": [
         "skin.shear_mn_mm=1.5",
         "skin.coupling_mn_mm=11.7",
         "skin.spread_mm=2.5",
         "skin.tip_radius_mm=59",
     ],
-    "hardly damped in its plane, as before": ["skin.damping_ratio=0.6"],
+    "as little damped in its plane as before": ["skin.damping_ratio=0.6"],
     "off the drum at rest": ["mounting.contact_at_rest=false"],
-    "run-out as before": ["drive.eccentricity_mm=0.27"],
-    "the microphone hears vertical stress": ["stress"],
+    "with the run-out of before": ["drive.eccentricity_mm=0.27"],
+    "with a microphone that hears vertical stress": ["stress"],
 }
 """What stands for each part in `changed`; two words for what is no constant."""
 SECONDS = 5.0
@@ -256,15 +261,18 @@ def main() -> None:
     parser.add_argument("--parts", action="store_true")
     words = parser.parse_args()
     seeds = range(words.first, words.first + words.seeds)
-    columns = ["", *(f"{half}: {', '.join(KINDS)} (sum)" for half in ("fit", "held out"))]
-    print(" | ".join(columns))
+    columns = ["rig", *(f"{half}: {', '.join(KINDS)} (sum)" for half in ("fit", "held out"))]
     theirs = figures([published()])
     runs, apart = score(words.set, seeds, theirs)
     mine = figures(runs)
-    print(" | ".join(["score", *cells(sums(apart))]))
-    print(" | ".join(["floor", *cells(floor(runs))]), flush=True)
+    rows = [["as it is", *cells(sums(apart))], ["floor: one run of it", *cells(floor(runs))]]
     for name, part in PARTS.items() if words.parts else ():
-        print(" | ".join([name, *cells(sums(score(part, seeds, theirs)[1]))]), flush=True)
+        rows.append([name, *cells(sums(score(part, seeds, theirs)[1]))])
+    for row in [columns, *rows]:
+        print(" | ".join(row))
+    if words.parts:
+        before = json.loads(KEPT.read_text())["rows"][:2]  # of the rig before, at its commit
+        write(KEPT, "The rig's score", COMMANDS, columns, [*before, *rows])
     for key in sorted(apart, key=apart.__getitem__, reverse=True)[: words.worst]:
         (kind, x, v), name = key
         half = "held out" if key[0] in HELD_OUT else "fit"
