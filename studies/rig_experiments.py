@@ -27,7 +27,7 @@ WAYS = {
 
 FRICTIONS = {
     "as it is": [],
-    "friction the same at all speeds": ["skin.static_friction=0.23"],
+    "friction twice as great": ["skin.friction=1.36"],
 }
 
 

@@ -1,8 +1,8 @@
 """Score the rig by every published figure, beside how far one run of it is from its others.
 
-    python studies/score_rig.py [--set skin.shear_mn_mm=1 ...] [--seeds 16] [--worst 12]
+    python studies/score_rig.py [--set skin.shear_mn_mm=1 ...] [--seeds 16] [--worst 12] [--parts]
 
-Pinned to commit 5bcff185: it needs insides of the package, which may since have changed.
+It needs insides of the package, and was last run at the commit that froze the rig's constants.
 
 The score is the sum of squared log ratios of the rig's figures to the published ones (of
 correlations the squared differences of Fisher's z), over spectra, SA-I and RA-I apart. Constants
@@ -12,26 +12,35 @@ or ten images of one run. So the floor, what one run's panels score against the 
 runs, is as near as the paper could come to a rig that is true: below it there is noise.
 
 Physics, projection and the noise of filmed markers, without video: some 10 s a seed on one core.
-Each seed has drums of its own. `--worst` prints the figures that score most.
+Each seed has drums of its own. `--worst` prints the figures that score most; `--parts` scores the
+rig with each part of its physics taken away, or put back as it was.
 """
 
 import argparse
 import json
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rig_measures as measure
+from here import DATA
 from numpy.typing import NDArray
+from results_pages import write
 
 from afferents.encodings.spectra import amplitude_spectrum
-from afferents.rig import STEADY_S, Rig, bumped_surface
-from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig import STEADY_S, Drum, Rig, Surface, bumped_surface
+from afferents.rig.microphone import SAMPLE_RATE_HZ, Microphone
 from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run
 
 PUBLISHED = Path(__file__).parent / "published"
+KEPT = DATA / "rig-score.json"
+COMMANDS = ["git switch --detach 16e4e76f; python studies/score_rig.py", "git switch main"]
+COMMANDS += ["python studies/score_rig.py --parts"]
 IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
 SPEEDS = (20, 40, 50, 80, 100)
 HELD_OUT = {
@@ -41,6 +50,22 @@ HELD_OUT = {
 }
 KINDS = ("spectra", "SA-I", "RA-I")
 CORRELATIONS = ("apart", "pin_1", "pin_3")
+PARTS = {
+    "without patches of friction on bumps": ["drum.grip_sd=0"],
+    "with the printing errors of before": ["drum.print_sd_mm=0.037", "drum.patch_sd_mm=0.15"],
+    "with friction by the cube root of the share (one smooth cap)": ["share"],
+    "as stiff in its plane as before": [
+        "skin.shear_mn_mm=1.5",
+        "skin.coupling_mn_mm=11.7",
+        "skin.spread_mm=2.5",
+        "skin.tip_radius_mm=59",
+    ],
+    "as little damped in its plane as before": ["skin.damping_ratio=0.6"],
+    "off the drum at rest": ["mounting.contact_at_rest=false"],
+    "with the run-out of before": ["drive.eccentricity_mm=0.27"],
+    "with a microphone that hears vertical stress": ["stress"],
+}
+"""What stands for each part in `changed`; two words for what is no constant."""
 SECONDS = 5.0
 REST_FRAME = 10
 JPEG_PX = 0.03
@@ -55,19 +80,39 @@ PANELS = [(kind, x, v) for kind in KINDS[1:] for x, _, v in IMAGES]
 PANELS += [("spectra", x, v) for v in SPEEDS for x in "ag"]
 
 
+class Vertical(Microphone):
+    """One that hears the vertical stress, h^3 / (r^2 + h^2)^(5/2), not the mean one."""
+
+    def weights(self, rest_mm: Values) -> Values:
+        """Return how loudly each node sounds."""
+        weight = super().weights(rest_mm) ** (5 / 3)
+        return np.asarray(weight / weight.sum())
+
+
+def surface_of(spacing_mm: float, drum: Drum, words: Sequence[str]) -> Surface:
+    """Return a drum's surface; with `share` its friction goes with the cube root of the share."""
+    surface = bumped_surface(spacing_mm, drum)
+    share = surface.contact_share ** (3 if "share" in words else 1)  # of which the ninth root goes
+    return replace(surface, contact_share=share)
+
+
 def changed(words: Sequence[str]) -> Rig:
     """Return the rig with constants of `section.name=value`."""
     constants: dict[str, Any] = Rig().model_dump()
-    for word in words:
+    if "stress" in words:
+        return Rig().model_copy(update={"microphone": Vertical()})
+    for word in set(words) - {"share"}:
         path, _, value = word.partition("=")
         section, _, name = path.partition(".")
         constants[section][name] = json.loads(value)
     return Rig.model_validate(constants)
 
 
-def images(rig: Rig, spacing_mm: float, speed: float, seed: int) -> tuple[Values, Values]:
+def images(
+    rig: Rig, spacing_mm: float, speed: float, seed: int, words: Sequence[str] = ()
+) -> tuple[Values, Values]:
     """Return SA-I and RA-I of the steady part, (frame, row, column), px."""
-    surface, name = bumped_surface(spacing_mm, rig.drum), f"{spacing_mm:g}"
+    surface, name = surface_of(spacing_mm, rig.drum, words), f"{spacing_mm:g}"
     run = simulate_run(rig, name, surface, speed, STEADY_S + SECONDS, seed)
     noise_px = float(np.hypot(rig.camera.marker_noise_px, JPEG_PX))
     camera = rig.camera.model_copy(update={"marker_noise_px": noise_px})
@@ -79,9 +124,11 @@ def images(rig: Rig, spacing_mm: float, speed: float, seed: int) -> tuple[Values
     return slow[steady:], rapid[steady:]
 
 
-def heard(rig: Rig, spacing_mm: float, speed: float, seed: int) -> Values:
+def heard(
+    rig: Rig, spacing_mm: float, speed: float, seed: int, words: Sequence[str] = ()
+) -> Values:
     """Return the spectra of four windows of 1 s, (4, 400)."""
-    surface = bumped_surface(spacing_mm, rig.drum)
+    surface = surface_of(spacing_mm, rig.drum, words)
     run = simulate_run(rig, f"{spacing_mm:g}", surface, speed, STEADY_S + 4, seed)
     steady = run.sensor[-4 * SAMPLE_RATE_HZ :].reshape(4, -1)
     return np.asarray(amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400), float)
@@ -104,16 +151,16 @@ def published() -> Run:
     return found
 
 
-def simulated(rig: Rig, seed: int) -> Run:
-    """Return what the rig shows and lets hear of the same panels, in one session."""
-    rig, found = rig.printed(seed), {}
+def simulated(words: Sequence[str], seed: int) -> Run:
+    """Return what a changed rig shows and lets hear of the same panels, in one session."""
+    rig, found = changed(words).printed(seed), {}
     for x, spacing, v in IMAGES:
-        halves = images(rig, spacing, v, seed)
+        halves = images(rig, spacing, v, seed, words)
         for kind, half in zip(KINDS[1:], halves, strict=True):
             found[kind, x, v] = [figures_of_images(group) for group in measure.groups(half)]
     for v in SPEEDS:
         for x, spacing in (("a", 0.0), ("g", 3.0)):
-            found["spectra", x, v] = list(heard(rig, spacing, v, seed))
+            found["spectra", x, v] = list(heard(rig, spacing, v, seed, words))
     return found
 
 
@@ -195,6 +242,15 @@ def cells(total: Values) -> list[str]:
     return [f"{', '.join(f'{value:.2g}' for value in half)} ({half.sum():.1f})" for half in total]
 
 
+def score(
+    words: Sequence[str], seeds: Sequence[int], theirs: dict[tuple[Panel, str], float]
+) -> tuple[list[Run], dict[tuple[Panel, str], float]]:
+    """Return runs of a changed rig, and how far each of its figures lies from the published."""
+    with ProcessPoolExecutor() as pool:
+        runs = list(pool.map(partial(simulated, words), seeds))
+    return runs, squares(figures(runs), theirs)
+
+
 def main() -> None:
     """Simulate, score and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -202,15 +258,21 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--first", type=int, default=16)
     parser.add_argument("--worst", type=int, default=0)
+    parser.add_argument("--parts", action="store_true")
     words = parser.parse_args()
     seeds = range(words.first, words.first + words.seeds)
-    columns = ["", *(f"{half}: {', '.join(KINDS)} (sum)" for half in ("fit", "held out"))]
-    print(" | ".join(columns))
-    runs, theirs = [simulated(changed(words.set), seed) for seed in seeds], figures([published()])
+    columns = ["rig", *(f"{half}: {', '.join(KINDS)} (sum)" for half in ("fit", "held out"))]
+    theirs = figures([published()])
+    runs, apart = score(words.set, seeds, theirs)
     mine = figures(runs)
-    apart = squares(mine, theirs)
-    print(" | ".join(["score", *cells(sums(apart))]))
-    print(" | ".join(["floor", *cells(floor(runs))]))
+    rows = [["as it is", *cells(sums(apart))], ["floor: one run of it", *cells(floor(runs))]]
+    for name, part in PARTS.items() if words.parts else ():
+        rows.append([name, *cells(sums(score(part, seeds, theirs)[1]))])
+    for row in [columns, *rows]:
+        print(" | ".join(row))
+    if words.parts:
+        before = json.loads(KEPT.read_text())["rows"][:2]  # of the rig before, at its commit
+        write(KEPT, "The rig's score", COMMANDS, columns, [*before, *rows])
     for key in sorted(apart, key=apart.__getitem__, reverse=True)[: words.worst]:
         (kind, x, v), name = key
         half = "held out" if key[0] in HELD_OUT else "fit"

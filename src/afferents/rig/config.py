@@ -58,7 +58,7 @@ class Mounting(BaseModel):
     friction_sd: float = Field(0.05, ge=0)
     friction_change_sd: float = Field(0.02, ge=0)
     any_angle: float = Field(1.0, ge=0, le=1)
-    contact_at_rest: bool = False
+    contact_at_rest: bool = True
     camera_mm: float = Field(47.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
@@ -80,6 +80,7 @@ NUISANCES = {
     "going-back": ("drive", "back_spread"),
     "printing": ("drum", "print_sd_mm"),
     "warp": ("drum", "patch_sd_mm"),
+    "grip": ("drum", "grip_sd"),
     "motor": ("microphone", "motor"),
     "mains": ("microphone", "mains"),
     "microphone-noise": ("microphone", "noise"),

@@ -58,11 +58,11 @@ class Drive(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    eccentricity_mm: float = Field(0.27, ge=0)
+    eccentricity_mm: float = Field(0.15, ge=0)
     ripple: float = Field(0.01, ge=0)
     motor_ripple: float = Field(0.005, ge=0)
     drift_mm: float = Field(0.02, ge=0)
-    back_mm: float = Field(0.18, ge=0)
+    back_mm: float = Field(0.1, ge=0)
     back_spread: float = Field(1.0, ge=0, le=1)
 
 

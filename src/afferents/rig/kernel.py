@@ -38,12 +38,8 @@ class Constants(NamedTuple):
     c: np.float32
     spread: np.float32
     accelerate: np.float32
-    m_s: np.float32
-    m_k: np.float32
-    per_stribeck: np.float32
     s0: np.float32
     s1: np.float32
-    s2: np.float32
 
 
 _kernel = compiled(fastmath=True, error_model="numpy")
@@ -54,14 +50,16 @@ the loops run from 0 over all nodes between the first and the last inner one, ma
 
 
 @_part
-def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corners):
-    """How deep every node is pressed in, and on what slope.
+def _meet(state, nodes, maps, width, offset, depth, x, y, gap, k, cell, corners):
+    """How deep every node is pressed in, on what slope, and how soon its bristles give way.
 
     In three passes, so that the compiler works on many nodes at once in all but the one that jumps
-    about in the map. `cell` and `corners` are room for what lies between: where each node is in the
-    map, how far into that cell (two planes), and the heights of its corners (four).
+    about in the maps. `cell` and `corners` are room for what lies between: where each node is in
+    the maps, how far into that cell (two planes), the heights of its corners (four), and by how
+    much its bristles give way per mm of slip, as a share.
     """
     first, span, plane = nodes
+    heights, per_slip = maps
     last_row = np.int32(len(heights) // width - 2)
     for j in range(span):
         along = offset + (x[j] + state[_UX * plane + first + j]) * k.per_along
@@ -78,6 +76,7 @@ def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corne
         corners[3 * span + j] = heights[here + np.uint32(1)]
         corners[4 * span + j] = heights[below]
         corners[5 * span + j] = heights[below + np.uint32(1)]
+        corners[6 * span + j] = per_slip[here]
     for j in range(span):
         fa, fb = corners[j], corners[span + j]
         near_step = corners[3 * span + j] - corners[2 * span + j]
@@ -90,7 +89,7 @@ def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corne
 
 
 @_part
-def _press(state, nodes, speed, k):
+def _press(state, nodes, speed, k, corners):
     """Pressure and friction of every node."""
     first, span, plane = nodes
     zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-12)
@@ -101,14 +100,13 @@ def _press(state, nodes, speed, k):
         p = max(k.k_n * (d + k.relaxing * (d - q)), zero)
         wx, wy = speed - state[_VX * plane + first + j], -state[_VY * plane + first + j]
         w = np.sqrt(wx * wx + wy * wy + tiny)
-        v = w * k.per_stribeck
-        loss = k.s0 * w / (k.m_k + (k.m_s - k.m_k) / (one + v * v))
+        loss = w * corners[6 * span + j]
         # Implicit in z: never beyond what the friction can hold, at any step.
         hold = one / (one + loss * k.dt)
         zx = (state[_ZX * plane + first + j] + wx * k.dt) * hold
         zy = (state[_ZY * plane + first + j] + wy * k.dt) * hold
-        rub_x = k.s0 * zx + k.s1 * (wx - loss * zx) + k.s2 * wx
-        rub_y = k.s0 * zy + k.s1 * (wy - loss * zy) + k.s2 * wy
+        rub_x = k.s0 * zx + k.s1 * (wx - loss * zx)
+        rub_y = k.s0 * zy + k.s1 * (wy - loss * zy)
         state[_FX * plane + first + j] = p * (rub_x + state[_NX * plane + first + j])
         state[_FY * plane + first + j] = p * (rub_y + state[_NY * plane + first + j])
         state[_ZX * plane + first + j] = zx
@@ -197,7 +195,7 @@ def _take_frame(state, since, frame):
 @_kernel
 def advance(
     state,
-    heights,
+    maps,
     width,
     offset,
     speed,
@@ -217,8 +215,9 @@ def advance(
     ----------
     state
         All states of all nodes, changed in place, shape (STATES * ROW^2,).
-    heights, width
-        The map of heights, flat, and the length of its rows.
+    maps, width
+        Of heights (mm) and of how much bristles give way (share per mm of slip), both flat; and
+        the length of their rows.
     offset, speed, depth
         Place on the map (rows), speed (mm/s) and depth (mm) at each step.
     x, y, gap, weight
@@ -233,11 +232,11 @@ def advance(
         Filled with the rates of pressure and tangential force, (n_steps, 2).
     """
     pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
-    cell, corners = np.empty(len(x), np.uint32), np.empty(6 * len(x), np.float32)
+    cell, corners = np.empty(len(x), np.uint32), np.empty(7 * len(x), np.float32)
     frame = 0
     for step in range(len(offset)):
-        _meet(state, _NODES, heights, width, offset[step], depth[step], x, y, gap, k, cell, corners)
-        _press(state, _NODES, speed[step], k)
+        _meet(state, _NODES, maps, width, offset[step], depth[step], x, y, gap, k, cell, corners)
+        _press(state, _NODES, speed[step], k, corners)
         _free_edges(state)
         _move(state, k)
         before = pressed, pulled
@@ -280,7 +279,7 @@ def _take_mesh_frame(state, n, since, frame):
 @_kernel
 def advance_mesh(
     state,
-    heights,
+    maps,
     width,
     offset,
     speed,
@@ -305,11 +304,11 @@ def advance_mesh(
     n = len(x)
     nodes = 0, n, n
     pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
-    cell, corners = np.empty(len(x), np.uint32), np.empty(6 * len(x), np.float32)
+    cell, corners = np.empty(len(x), np.uint32), np.empty(7 * len(x), np.float32)
     frame = 0
     for step in range(len(offset)):
-        _meet(state, nodes, heights, width, offset[step], depth[step], x, y, gap, k, cell, corners)
-        _press(state, nodes, speed[step], k)
+        _meet(state, nodes, maps, width, offset[step], depth[step], x, y, gap, k, cell, corners)
+        _press(state, nodes, speed[step], k, corners)
         _move_mesh(state, n, neighbour, coupling, push, k)
         before = pressed, pulled
         pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)

@@ -56,7 +56,7 @@ class Microphone(BaseModel):
     high_hz: float = Field(200.0, gt=0)
     corner_hz: float = Field(3.1, gt=0)
     gain_per_mn_s: float = Field(0.08, gt=0)
-    motor: float = Field(0.0022, ge=0)
+    motor: float = Field(0.0011, ge=0)
     mains: float = Field(0.00014, ge=0)
     noise: float = Field(0.0043, ge=0)
     room_noise: float = Field(0.003, ge=0)
@@ -64,11 +64,12 @@ class Microphone(BaseModel):
     def weights(self, rest_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how loudly each node sounds, shape (n_nodes,), sum 1.
 
-        The vertical stress under a point force on a half-space, h^3 / (r^2 + h^2)^(5/2)
-        (Johnson, Contact Mechanics, 1985, equation 3.19).
+        The mean stress, which is what sound is, under a point force on an incompressible
+        half-space: h / (r^2 + h^2)^(3/2) (of the stresses in Johnson, Contact Mechanics, 1985,
+        equation 3.19).
         """
         off = rest_mm - np.array([self.x_mm, self.y_mm])
-        weight = (1 + (off**2).sum(axis=1) / self.depth_mm**2) ** -2.5
+        weight = (1 + (off**2).sum(axis=1) / self.depth_mm**2) ** -1.5
         return np.asarray(weight / weight.sum())
 
 

@@ -274,12 +274,7 @@ def press(
     """Let the skin feel the whole run, a second at a time."""
     nodules = felt(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
     factor = drawn.friction * nodules.friction_factor
-    skin = rig.skin.model_copy(
-        update={
-            name: getattr(rig.skin, name) * factor
-            for name in ("static_friction", "kinetic_friction")
-        }
-    )
+    skin = rig.skin.model_copy(update={"friction": rig.skin.friction * factor})
     lattice = SkinOnDrum(
         skin, nodules, drawn.tilt_rad, drawn.lateral_mm, rig.microphone.weights(skin.rest_mm())
     )

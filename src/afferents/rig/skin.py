@@ -112,17 +112,18 @@ def _edges(cells: Voronoi, n: int) -> tuple[NDArray[np.intp], NDArray[np.float64
 #
 #     penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
 #     pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
-#     bristles     dz/dt = w - s0 |w| z / g(|w|),           w = drum velocity - du_i/dt
-#                  g(w) = m_k + (m_s - m_k) / (1 + (w / w_s)^2)
-#     tangential   F_i = p_i (s0 z + s1 dz/dt + s2 w - grad h)
+#     bristles     dz/dt = w - s0 |w| z / (m g(x_i)),       w = drum velocity - du_i/dt
+#     tangential   F_i = p_i (s0 z + s1 dz/dt - grad h)
 #     motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
 #
-# with s the slide of the drum in mm, h what a nodule feels of the surface, R the radius of drum
-# and tip together, and sums over the
-# four neighbours. The last term of F is the slope of the surface, whose normal force does not
-# point straight up. The friction law is that of Canudas de Wit,
-# Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), with the Stribeck curve as
-# a rational function, which costs no exponential.
+# with s the slide of the drum in mm, h what a nodule feels of the surface, g the surface's grip
+# there, R the radius of drum and tip together, and sums over the four neighbours. The last term of
+# F is the slope of the surface, whose normal force does not point straight up. Bristles are those
+# of Canudas de Wit, Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), their
+# friction m alike at rest and at any speed: that of dry rubber rises by tens of percent a decade of
+# speed at most (Grosch, Proc. R. Soc. A 274:21, 1963; Vorvolakos & Chaudhury, Langmuir 19:6778,
+# 2003). In its plane an elastic layer is at most a third as stiff as in its normal (G / H against
+# at least 3 G / H), which `shear_mn_mm` over `normal_mn_mm` (1 + `relaxing_share`) is.
 
 PHYSICS_RATE_HZ = 8820.0
 """Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
@@ -177,10 +178,10 @@ class Skin(BaseModel):
         Of a node on its ground spring.
     spread_mm
         Outward push b: mm, times the pressure's fall per mm in mN.
-    static_friction, kinetic_friction, stribeck_mm_s
-        m_s, m_k and w_s (mm/s), on a smooth surface; see `Surface.friction_factor`.
-    bristle_per_mm, bristle_damping_s_mm, viscous_s_mm
-        s0 (1/mm), s1 (s/mm) and s2 (s/mm).
+    friction
+        m, on a smooth surface; see `Surface.friction_factor` and `Surface.grip`.
+    bristle_per_mm, bristle_damping_s_mm
+        s0 (1/mm) and s1 (s/mm).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -191,7 +192,7 @@ class Skin(BaseModel):
         None, min_length=FEWEST_PINS, exclude_if=lambda pins: pins is None
     )
     radius_mm: float = Field(40.0, gt=0)
-    tip_radius_mm: float = Field(59.0, gt=0)
+    tip_radius_mm: float = Field(55.0, gt=0)
     footprint_mm: float = Field(1.5, gt=0)
     nodular: bool = True
     flat_mm: float = Field(4.0, gt=0)
@@ -203,21 +204,16 @@ class Skin(BaseModel):
     relaxing_share: float = Field(1.2, ge=0)
     relaxation_s: float = Field(0.048, gt=0)
     mass_mg: float = Field(4.0, gt=0)
-    shear_mn_mm: float = Field(1.5, gt=0)
-    coupling_mn_mm: float = Field(11.7, ge=0)
-    damping_ratio: float = Field(0.6, ge=0)
-    spread_mm: float = Field(2.5, ge=0)
-    static_friction: float = Field(0.63, gt=0)
-    kinetic_friction: float = Field(0.23, gt=0)
-    stribeck_mm_s: float = Field(7.0, gt=0)
+    shear_mn_mm: float = Field(0.72, gt=0)
+    coupling_mn_mm: float = Field(9.2, ge=0)
+    damping_ratio: float = Field(8.0, ge=0)
+    spread_mm: float = Field(3.3, ge=0)
+    friction: float = Field(0.68, gt=0)
     bristle_per_mm: float = Field(48.0, gt=0)
     bristle_damping_s_mm: float = Field(0.008, ge=0)
-    viscous_s_mm: float = Field(0.0005, ge=0)
 
     @model_validator(mode="after")
-    def _static_is_greater(self) -> Self:
-        if self.static_friction < self.kinetic_friction:
-            raise ValueError("static_friction must not be below kinetic_friction")
+    def _stays_on_the_drum(self) -> Self:
         if self.pins_mm is None and (N_SIDE - 1) * self.pitch_mm > WIDTH_MM - 4:
             raise ValueError(f"the lattice must fit on a drum of {WIDTH_MM:g} mm")
         if self.pins_mm is not None and np.abs(self.pins_mm).max() > _OUTERMOST_MM:

@@ -99,9 +99,13 @@ class SkinOnDrum:
         self._y = self._laid_out(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
         self._gap = self._laid_out(self._gap_mm(rest, tilt), _NO_CONTACT_MM)
         self._weight = self._laid_out(weight, 0.0)
-        # The map's beginning follows once more after its end, so that no node must wrap.
+        # The maps' beginning follows once more after their end, so that no node must wrap.
         again = math.ceil(2 * _MARGIN_MM / surface.pitch_mm[0]) + 2
-        self._heights = np.concatenate([surface.height_mm, surface.height_mm[:again]])
+        per_slip = skin.bristle_per_mm / skin.friction / np.asarray(surface.grip)
+        self._maps = tuple(
+            np.concatenate([one, one[:again]]).astype(np.float32).ravel()
+            for one in (surface.height_mm, np.broadcast_to(per_slip, surface.height_mm.shape))
+        )
 
     def _laid_out(self, value: NDArray[np.float64], outside: float) -> Floats:
         """Return values of the nodes; round the lattice a row of imagined nodes, laid out flat."""
@@ -139,8 +143,8 @@ class SkinOnDrum:
         offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / along
         given = (
             self._state,
-            self._heights.ravel(),
-            np.int32(self._heights.shape[1]),
+            self._maps,
+            np.int32(self.surface.height_mm.shape[1]),
             offset.astype(np.float32),
             motion.speed_mm_s.astype(np.float32),
             motion.depth_mm.astype(np.float32),
@@ -178,11 +182,7 @@ def _constants(skin: Skin, pitch_mm: tuple[float, float], rate_hz: float) -> Con
         2 * skin.damping_ratio * frequency,
         skin.spread_mm / (2 * skin.pitch_mm) * per_mass,
         per_mass,
-        skin.static_friction,
-        skin.kinetic_friction,
-        1 / skin.stribeck_mm_s,
         skin.bristle_per_mm,
         skin.bristle_damping_s_mm,
-        skin.viscous_s_mm,
     )
     return Constants(*(np.float32(value) for value in values))

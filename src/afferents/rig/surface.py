@@ -30,7 +30,8 @@ _LARGEST_MAP = 32766
 """Rows or columns of a height map, which OpenCV counts in 16 bits."""
 _TOUCHED_MM = 10.0
 _PATCHED, _PATCHED_ACROSS = 252, 36
-"""Samples of how a print warps: 1 mm apart, round the drum and across."""
+"""Samples of what a print's bumps share: 1 mm apart, round the drum and across."""
+_WARP, _GRIP = 2, 3
 _COARSER = 2
 """Nodules feel 1.5 mm; what they feel is kept at 0.1 mm."""
 
@@ -53,9 +54,12 @@ class Drum(BaseModel):
     prints
         Which set of drums it is of: each set is printed anew, with errors of its own.
     patch_sd_mm, patch_mm
-        Bumps that lie near each other on the print err together (the print warps, its surface is
-        finished unevenly): standard deviation, mm, and reach of that, mm. Chosen to fit how the
-        published SA-I of textured drums changes from image to image.
+        Bumps that lie near each other on the print err together, as it warps: standard deviation,
+        mm, and reach of that, mm. Chosen.
+    grip_sd, grip_mm
+        The tops of bumps are finished unevenly, in patches: standard deviation of the log of
+        friction on them, and its reach, mm; none on the smooth drum. Chosen to fit how the
+        published SA-I of textured drums changes from image to image, which nothing else shows.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -63,10 +67,12 @@ class Drum(BaseModel):
     diameter_mm: float = Field(80.0, gt=0)
     bump_height_mm: float = Field(0.5, gt=0)
     bump_ratio: float = Field(0.36, gt=0, le=0.9)
-    print_sd_mm: float = Field(0.037, ge=0)
+    print_sd_mm: float = Field(0.018, ge=0)
     prints: int = Field(0, ge=0)
-    patch_sd_mm: float = Field(0.15, ge=0)
+    patch_sd_mm: float = Field(0.042, ge=0)
     patch_mm: float = Field(6.3, gt=0)
+    grip_sd: float = Field(0.57, ge=0)
+    grip_mm: float = Field(5.4, gt=0)
 
     @property
     def top_diameter_mm(self) -> float:
@@ -101,22 +107,26 @@ class Surface:
         What the map covers, mm; the length is the circumference over the bumps.
     contact_share
         Share of the surface that the skin rests on: all of a smooth drum, the tops of bumps.
+    grip
+        Friction over its mean, of each sample of the map or of all.
     """
 
     height_mm: Heights
     length_mm: float
     width_mm: float = WIDTH_MM
     contact_share: float = 1.0
+    grip: Heights | float = 1.0
 
     @property
     def friction_factor(self) -> float:
         """Friction over that of a smooth surface under the same load.
 
-        Rubber's friction is that of its true contact area, which grows with the load N and with the
-        area A that carries it as A^(1/3) N^(2/3) (Schallamach, Proc. Phys. Soc. B 65:657, 1952). So
-        what rests on bumps that cover a share of the surface drags with the cube root of the share.
+        Rubber's friction is that of its true contact area. Under the load N a single smooth cap's
+        grows as N^(2/3), that of asperities on asperities as N^(8/9) (Archard, Proc. R. Soc. A
+        243:190, 1957); where an area A carries the load, as A^(1/9) N^(8/9). So what rests on bumps
+        that cover a share of the surface drags with the ninth root of the share.
         """
-        return math.cbrt(self.contact_share)
+        return self.contact_share ** (1 / 9)
 
     @property
     def pitch_mm(self) -> tuple[float, float]:
@@ -174,7 +184,8 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
         height += (cover * tops[np.floor(u).astype(int) % n][:, np.floor(v).astype(int)]).astype(
             np.float32
         )
-    return Surface(height, length, contact_share=math.pi / 4 * drum.bump_ratio**2)
+    share = math.pi / 4 * drum.bump_ratio**2
+    return Surface(height, length, contact_share=share, grip=_grip(drum, spacing_mm))
 
 
 def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
@@ -185,19 +196,30 @@ def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) ->
     middle = (1 - lattice) / 2  # of a bump, in periods from where its count begins
     along = (np.arange(shape[0]) + middle) / shape[0] * _PATCHED
     across = (np.arange(n_across) + middle) * math.sqrt(2) * spacing_mm
-    warp = _patches(drum, spacing_mm)
+    warp = drum.patch_sd_mm * _patches(drum, spacing_mm, _WARP, drum.patch_mm)
     rows, columns = np.meshgrid(along, across / WIDTH_MM * _PATCHED_ACROSS, indexing="ij")
     tops = drum.bump_height_mm + error + map_coordinates(warp, [rows, columns], mode="grid-wrap")
     return np.asarray(np.maximum(tops, 0.1), np.float32)
 
 
-def _patches(drum: Drum, spacing_mm: float) -> NDArray[np.float64]:
-    """Draw by how much bumps err together, mm, round the drum and across."""
-    rng = np.random.default_rng([round(1000 * spacing_mm), 2, drum.prints])
+def _grip(drum: Drum, spacing_mm: float) -> Heights:
+    """Draw the friction of a print's bumps over its mean, for each sample of the map."""
+    patches = drum.grip_sd * _patches(drum, spacing_mm, _GRIP, drum.grip_mm)
+    rows = (np.arange(_ALONG) + 0.5) * _PATCHED / _ALONG + 0.5  # in the middle of a padded row
+    columns = (np.arange(_ACROSS) + 0.5) * _PATCHED_ACROSS / _ACROSS - 0.5
+    at = (grid.astype(np.float32) for grid in np.meshgrid(columns, rows))
+    padded = np.pad(patches, ((1, 1), (0, 0)), mode="wrap").astype(np.float32)
+    finished = cv2.remap(padded, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(np.exp(finished), np.float32)
+
+
+def _patches(drum: Drum, spacing_mm: float, use: int, reach_mm: float) -> NDArray[np.float64]:
+    """Draw what bumps near each other share, variance 1, round the drum and across."""
+    rng = np.random.default_rng([round(1000 * spacing_mm), use, drum.prints])
     white = rng.standard_normal((_PATCHED, _PATCHED_ACROSS))
     pitch = math.pi * drum.diameter_mm / _PATCHED, WIDTH_MM / _PATCHED_ACROSS
-    patches = gaussian_filter(white, [drum.patch_mm / p for p in pitch], mode="wrap")
-    return np.asarray(patches * drum.patch_sd_mm / patches.std())
+    patches = gaussian_filter(white, [reach_mm / p for p in pitch], mode="wrap")
+    return np.asarray(patches / patches.std())
 
 
 def mapped_surface(
@@ -301,7 +323,8 @@ def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surf
     mean = cv2.sepFilter2D(raised, -1, across, along, borderType=cv2.BORDER_REFLECT_101)
     sampled = mean[reach:-reach:_COARSER, ::_COARSER]
     envelope = (np.log(sampled) / stiffness_per_mm).astype(np.float32)
-    return replace(surface, height_mm=envelope)
+    grip = np.broadcast_to(surface.grip, surface.height_mm.shape)[::_COARSER, ::_COARSER]
+    return replace(surface, height_mm=envelope, grip=grip)
 
 
 def _bell(width_mm: float, step_mm: float) -> NDArray[np.float64]:

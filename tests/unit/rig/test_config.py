@@ -77,7 +77,7 @@ def test_the_material_has_one_friction_and_runs_change_it_a_little():
 def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
     ridges = np.zeros((100, 100), np.float32)
     ridges[:25] = 0.4
-    assert mapped_surface(ridges, 10.0).friction_factor == pytest.approx(0.25 ** (1 / 3), rel=0.02)
+    assert mapped_surface(ridges, 10.0).friction_factor == pytest.approx(0.25 ** (1 / 9), rel=0.02)
     assert mapped_surface(np.zeros((9, 9), np.float32), 10.0).friction_factor == 1
     rising = np.tile(np.arange(64.0), (8, 1)) / 64  # of which the drum is too narrow for the most
-    assert 0.5 < mapped_surface(rising, 12.0).friction_factor < 1
+    assert 0.8 < mapped_surface(rising, 12.0).friction_factor < 1

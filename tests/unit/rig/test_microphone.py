@@ -38,7 +38,7 @@ def test_near_pins_are_louder():
     assert weights.sum() == pytest.approx(1)
     near = np.argmin(np.hypot(*(rest - [microphone.x_mm, microphone.y_mm]).T))
     assert np.argmax(weights) == near
-    assert weights[0] < 1e-3 * weights[near]
+    assert weights[0] < 2e-3 * weights[near]  # 25 mm away, 2.7 mm deep: (25 / 2.7)^-3
 
 
 def test_the_wav_is_16_bit_stereo_with_the_sensor_second(tmp_path):

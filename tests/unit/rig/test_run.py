@@ -57,7 +57,7 @@ def test_both_clocks_tell_the_same_but_for_their_offset():
 
 def test_skin_that_comes_apart_is_refused_and_reads_no_other_memory():
     rig = Rig()
-    surface = replace(bumped_surface(3.0, rig.drum), contact_share=0.0)
+    surface = replace(bumped_surface(3.0, rig.drum), grip=np.nan)
     with pytest.raises(InputError, match="a skin that stays in one piece"):
         simulate_run(rig, "3", surface, 50.0, 1.0, 0)
 

@@ -50,7 +50,7 @@ def test_it_is_read_as_any_session_and_says_all_of_itself(session):
     assert session_file(session).simulated
     content = json.loads((session / "session.json").read_text())
     assert content["seed"] == 0
-    assert content["rig"]["skin"]["static_friction"] == 0.63
+    assert content["rig"]["skin"]["friction"] == 0.68
     assert set(content["runs"]) == set(content["checksums"]) == {"0/50", "0/100", "3/50", "3/100"}
     assert set(content["versions"]) == {"afferents", "av", "numba", "numpy", "scipy"}
     assert content["runs"]["3/50"]["indentation_mm"] == content["runs"]["3/100"]["indentation_mm"]

@@ -1,5 +1,7 @@
 """The skin against its equations in NumPy, half its step, any layout of pins, and physics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -70,18 +72,20 @@ def test_skin_let_go_returns_to_rest(smooth):
 
 
 def test_friction_that_makes_no_sense_is_refused():
-    with pytest.raises(ValidationError, match="static_friction"):
-        Skin(static_friction=0.3, kinetic_friction=0.5)
+    with pytest.raises(ValidationError, match="friction"):
+        Skin(friction=0)
 
 
-def test_friction_stays_within_its_law(smooth):
-    """Steady sliding on a smooth drum: springs hold what friction drags, m_k to m_s times load."""
-    out = slid(smooth, motion(1.0, 50), every=98)
-    load = float(out.pressure_mn[-1].sum())
+def dragged(surface):
+    """Steady sliding: springs hold what friction drags. Return that over the load."""
+    out = slid(surface, motion(1.0, 50), every=98)
     held = SKIN.shear_mn_mm * float(out.displacement_mm[-1, :, 0].sum())
-    share = held / load
-    viscous = SKIN.viscous_s_mm * 50
-    assert SKIN.kinetic_friction < share < SKIN.static_friction + viscous
+    return held / float(out.pressure_mn[-1].sum())
+
+
+@pytest.mark.parametrize("grip", [1.0, 2.0])
+def test_friction_drags_by_its_law_times_the_grip_of_the_surface(smooth, grip):
+    assert dragged(replace(smooth, grip=grip)) == pytest.approx(grip * SKIN.friction, rel=0.01)
 
 
 LATTICE = Skin(recess_mm=0)
@@ -143,8 +147,8 @@ N = 19
 MN_PER_MG = 1e6
 
 
-def height(surface, along_mm, across_mm):
-    """Return height and slopes by bilinear interpolation; along closes on itself."""
+def touched(surface, along_mm, across_mm):
+    """Return height and slopes by bilinear interpolation, and grip; along closes on itself."""
     map_, (da, db) = surface.height_mm.astype(float), surface.pitch_mm
     a, b = np.mod(along_mm, surface.length_mm) / da, across_mm / db
     i, j = np.floor(a).astype(int), np.floor(b).astype(int)
@@ -153,7 +157,8 @@ def height(surface, along_mm, across_mm):
     h10, h11 = map_[(i + 1) % n, j], map_[(i + 1) % n, j + 1]
     near, far = h00 + fb * (h01 - h00), h10 + fb * (h11 - h10)
     slope_across = (h01 - h00) + fa * ((h11 - h10) - (h01 - h00))
-    return near + fa * (far - near), (far - near) / da, slope_across / db
+    grip = np.broadcast_to(surface.grip, map_.shape)[i % n, j]
+    return near + fa * (far - near), (far - near) / da, slope_across / db, grip
 
 
 def numpy_run(skin, surface, motion, tilt, lateral_mm, rate_hz=PHYSICS_RATE_HZ):
@@ -168,7 +173,7 @@ def numpy_run(skin, surface, motion, tilt, lateral_mm, rate_hz=PHYSICS_RATE_HZ):
     relax = 1 - np.exp(-dt / skin.relaxation_s)
     out_u, out_d, out_p = [], [], []
     for slide, speed, depth in zip(*motion, strict=True):
-        h, slope_x, slope_y = height(
+        h, slope_x, slope_y, grip = touched(
             surface, x + u[:, 0] - slide, y + u[:, 1] - lateral_mm + surface.width_mm / 2
         )
         d = np.maximum(depth - gap + h, 0)
@@ -176,16 +181,9 @@ def numpy_run(skin, surface, motion, tilt, lateral_mm, rate_hz=PHYSICS_RATE_HZ):
         p = np.maximum(skin.normal_mn_mm * (d + skin.relaxing_share * (d - q)), 0)
         w = np.array([speed, 0.0]) - v
         size = np.sqrt((w**2).sum(1) + 1e-12)
-        g = skin.kinetic_friction + (skin.static_friction - skin.kinetic_friction) / (
-            1 + (size / skin.stribeck_mm_s) ** 2
-        )
-        loss = skin.bristle_per_mm * size / g
+        loss = skin.bristle_per_mm * size / (skin.friction * grip)
         z = (z + w * dt) / (1 + loss * dt)[:, None]
-        rub = (
-            skin.bristle_per_mm * z
-            + skin.bristle_damping_s_mm * (w - loss[:, None] * z)
-            + skin.viscous_s_mm * w
-        )
+        rub = skin.bristle_per_mm * z + skin.bristle_damping_s_mm * (w - loss[:, None] * z)
         force = p[:, None] * (rub - np.stack([slope_x, slope_y], axis=1))
         grid = np.pad(u.reshape(N, N, 2), ((1, 1), (1, 1), (0, 0)), mode="edge")
         around = grid[:-2, 1:-1] + grid[2:, 1:-1] + grid[1:-1, :-2] + grid[1:-1, 2:]

@@ -79,6 +79,18 @@ def test_bumps_that_touch_err_together_on_every_side():
         assert likeness == pytest.approx(math.exp(-((6 / 12.6) ** 2)), abs=0.1)
 
 
+def test_bumps_are_finished_in_patches_and_the_smooth_drum_has_none():
+    """Log friction 5 mm apart correlates by exp(-(5 / 10.8)^2) = 0.81, on every side."""
+    drums = [bumped_surface(3.0, Drum(prints=n)) for n in range(10)]
+    logs = np.log([drum.grip for drum in drums])
+    assert logs.std() == pytest.approx(Drum().grip_sd, rel=0.05)
+    along, across = (round(5 / pitch) for pitch in drums[0].pitch_mm)
+    round_ = np.corrcoef(logs.ravel(), np.roll(logs, along, axis=1).ravel())[0, 1]
+    beside = np.corrcoef(logs[..., across:].ravel(), logs[..., :-across].ravel())[0, 1]
+    assert [round_, beside] == pytest.approx([math.exp(-((5 / 10.8) ** 2))] * 2, abs=0.1)
+    assert bumped_surface(0.0).grip == 1.0
+
+
 @given(mean=st.floats(0, 1), bridging=st.floats(0.5, 20), texture=st.sampled_from([1.0, 3.0, 6.0]))
 @settings(max_examples=10, deadline=None)
 def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging, texture):
