@@ -56,15 +56,22 @@ class FrameImages:
         Which were found, (n,).
     grid
         Where each stands in a tactile image.
-    at_rest
-        Whether the markers lie where they were at rest: nothing touches the skin.
+    now, before
+        Where the markers are, as a lens without distortion shows them, and where they are at rest;
+        and the same of the frame just before, None where none came.
     """
 
     markers: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
     grid: Grid
-    at_rest: bool
+    now: Skin
+    before: Skin | None
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the markers lie where they were at rest: nothing touches the skin."""
+        return bool(self.detected.any() and not have_moved(self.now.distance))
 
     @property
     def share_found(self) -> float:
@@ -168,9 +175,8 @@ class Images:
         if (lens := self._sensor.lens) is not None:
             now, rest = undistort(now, lens), undistort(rest, lens)
         self._before, self._now = self._now, Skin(now, rest)
-        at_rest = bool(detected.any() and not have_moved(self._now.distance))
         responses = self._responses(self._channels, grid)
-        return FrameImages(responses, position, detected, grid, at_rest)
+        return FrameImages(responses, position, detected, grid, self._now, self._before)
 
     def show(self, images: FrameImages) -> FrameImages:
         """Add what only the page shows to the images that `feed` returned last."""
