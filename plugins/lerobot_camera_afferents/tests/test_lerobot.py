@@ -11,16 +11,23 @@ import pytest
 
 pytest.importorskip("lerobot", reason="LeRobot is not installed here: make test-lerobot")
 
+import cv2
 import draccus
 from lerobot.cameras import CameraConfig, make_cameras_from_configs
 from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
 from lerobot.utils.import_utils import register_third_party_plugins
+from lerobot_camera_afferents import draw_signed, read_signed
 
 import afferents
+from afferents.channels import Skin
 from afferents.errors import InputError
 from afferents.live import CameraFrame, ReplayedVideo
+from afferents.live.images import FrameImages
 from afferents.live.replay import Pace
+from afferents.markers.grid import Grid
 from afferents.recordings.video import open_video
+from afferents.rig.camera import Camera as RigCamera
+from afferents.rig.record import write_film
 from afferents.store.recording import Frame
 
 register_third_party_plugins()
@@ -47,7 +54,7 @@ def test_its_type_is_known_to_lerobot():
     assert config(source="rig").type == "afferents"
 
 
-@pytest.mark.parametrize("shows", ["picture", "markers", "sa1", "ra1"])
+@pytest.mark.parametrize("shows", ["picture", "markers", "sa1", "ra1", "signed"])
 def test_a_clip_gives_images_that_change(clip, shows):
     with made(source=clip, shows=shows, fps=90, **SIZE) as camera:
         images = [camera.read() for _ in range(20)]
@@ -72,6 +79,67 @@ def test_sa1_is_drawn_by_a_scale_that_does_not_change(clip):
             return np.mean([camera.read().mean() for _ in range(20)])
 
     assert darkest(20.0) < darkest(2.0)
+
+
+def felt(moved, moved_before=None):
+    """Return what a frame shows whose markers, on a grid of 3 x 3, are displaced so."""
+    row, column = np.indices((3, 3)).reshape(2, -1)
+    rest = 20.0 * np.stack([column, row], axis=1)
+    before = None if moved_before is None else Skin(rest + moved_before, rest)
+    seen = np.isfinite(moved[:, 0])
+    return FrameImages(
+        {}, rest + moved, seen, Grid(row, column, 0.0), Skin(rest + moved, rest), before
+    )
+
+
+def test_signed_images_say_displacements_and_their_change():
+    rng = np.random.default_rng(0)
+    before, moved = rng.uniform(-2.5, 2.5, (2, 9, 2))
+    moved[4], before[7], moved[8] = np.nan, np.nan, (9.0, -9.0)
+    image = draw_signed(felt(moved, before), 4.0)
+    assert (image.shape, image.dtype) == ((3, 3, 3), np.dtype("uint8"))
+    grown = np.hypot(*moved.T) - np.hypot(*before.T)
+    expected = np.clip(np.nan_to_num(np.column_stack([moved, grown])), -4, 4).reshape(3, 3, 3)
+    np.testing.assert_allclose(read_signed(image, 4.0), expected, atol=4 / 127 / 2 + 1e-6)
+    assert image[1, 1].tolist() == [128, 128, 128]
+    assert image[2, 2].tolist() == [255, 1, 255]
+    assert (draw_signed(felt(moved), 4.0)[..., 2] == 128).all()
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory):
+    """A clip of 9 x 9 markers at rest, then dragged 4 px to the right and up, where one is gone."""
+    row, column = np.indices((9, 9)).reshape(2, -1)
+    rest = np.stack([64 + 24 * column, 24 + 24 * row], axis=1)
+
+    def pictures():
+        for n in range(140):
+            way = np.array([0.8, -0.6]) * 0.1 * min(max(n - 40, 0), 40)
+            picture = np.full((240, 320), 40, np.uint8)
+            for number, at in enumerate(rest + way):
+                if n < 80 or number != 30:
+                    place = np.rint(16 * at).astype(int).tolist()
+                    cv2.circle(picture, place, 16 * 5, 220, -1, cv2.LINE_AA, shift=4)
+            yield n / 60, picture
+
+    path = tmp_path_factory.mktemp("pushed") / "pushed.mp4"
+    write_film(path, pictures(), RigCamera(width=320, height=240, fps_hz=60))
+    return str(path)
+
+
+def test_a_camera_of_signed_images_gives_the_displacement_of_each_marker(pushed):
+    images, asked = [], {"shows": "signed", "most_px": 4.0, "width": 9, "height": 9}
+    with made(source=pushed, **asked) as camera, pytest.raises(RuntimeError, match="it has ended"):
+        images.extend(camera.async_read(timeout_ms=2000) for _ in range(10_000))
+    x, y, grown = np.moveaxis(read_signed(np.stack(images), 4.0), 3, 0).reshape(3, -1, 81)
+    others = np.arange(81) != 30
+    np.testing.assert_allclose(x[-1, others], 3.2, atol=0.15)
+    np.testing.assert_allclose(y[-1, others], -2.4, atol=0.15)
+    assert images[-1][3, 3].tolist() == [128, 128, 128]
+    *_, last = afferents.stream(pushed)
+    np.testing.assert_allclose(images[-1].astype(int), draw_signed(last, 4.0), atol=2)
+    moves = (x > 0.3) & (x < 2.9)
+    assert np.median(grown[moves]) == pytest.approx(0.1, abs=0.05)
 
 
 def test_the_rig_runs_as_a_camera_and_ends_with_it():

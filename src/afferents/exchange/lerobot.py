@@ -21,6 +21,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from afferents import dims
+from afferents.channels import CHANNELS
 from afferents.errors import InputError
 from afferents.files import Place, holds_only, require_free, write_aside
 from afferents.plugins import import_extra
@@ -43,7 +44,7 @@ CAMERA = "observation.images.fingertip"
 DISPLACEMENT = "observation.tactile.fingertip.displacement"
 DETECTED = "observation.tactile.fingertip.detected"
 SA1, RA1 = "observation.tactile.fingertip.sa1", "observation.tactile.fingertip.ra1"
-RA2 = "observation.tactile.fingertip.ra2"
+SHEAR, RA2 = "observation.tactile.fingertip.shear", "observation.tactile.fingertip.ra2"
 TIME = "observation.capture_time"
 STATE = "observation.state"
 
@@ -63,9 +64,9 @@ def export_lerobot(
 ) -> int:
     """Write a store as a LeRobot data set (format 3.0): an episode a recording.
 
-    Each frame of the camera holds the markers' displacement, SA-I, RA-I, the sound until the next
-    frame, when it was taken and the sliding speed, where it is known; the task is to feel the
-    texture. Nothing acts, so there is no ``action``. LeRobot itself is not needed.
+    Each frame of the camera holds the markers' displacement, SA-I, RA-I, the global shear, the
+    sound until the next frame, when it was taken and the sliding speed, where it is known; the task
+    is to feel the texture. Nothing acts, so there is no ``action``. LeRobot itself is not needed.
 
     Parameters
     ----------
@@ -213,17 +214,22 @@ class _Feature(NamedTuple):
 
 
 def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
-    """Return what is known of each frame; of a marker that is lost it is 0, and not detected."""
+    """Return what is known of each frame; of a marker that is lost it is 0, and not detected.
+
+    So is the shear of a frame with too few markers.
+    """
     position = responses[dims.POSITION].values
     moved = position - responses[dims.REST_POSITION].values
     seen = responses[dims.DETECTED].values & np.isfinite(moved).all(axis=2)
     n, n_markers = seen.shape
+    shear = CHANNELS[dims.SHEAR]
     markers = [f"marker_{marker:03d}" for marker in range(n_markers)]
     ways = [f"{marker}.{axis}" for marker in markers for axis in ("dx_px", "dy_px")]
     found = {
         DISPLACEMENT: _Feature(np.where(seen[..., None], moved, 0).reshape(n, -1), ways),
         SA1: _Feature(np.nan_to_num(responses[dims.SA1].values), markers),
         RA1: _Feature(np.nan_to_num(responses[dims.RA1].values), markers),
+        SHEAR: _Feature(np.nan_to_num(shear.response(responses).values), list(shear.parts)),
         TIME: _Feature(responses[dims.TIME].values[:, None], ["seconds"]),
     }
     if (speed := speed_of(responses)) is not None:

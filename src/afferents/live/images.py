@@ -42,15 +42,22 @@ class FrameImages:
         Which were found, (n,).
     grid
         Where each stands in a tactile image.
-    at_rest
-        Whether the markers lie where they were at rest: nothing touches the skin.
+    now, before
+        Where the markers are, as a lens without distortion shows them, and where they are at rest;
+        and the same of the frame just before, None where none came.
     """
 
     markers: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
     grid: Grid
-    at_rest: bool
+    now: Skin
+    before: Skin | None
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the markers lie where they were at rest: nothing touches the skin."""
+        return bool(self.detected.any() and not have_moved(self.now.distance))
 
     @property
     def share_found(self) -> float:
@@ -170,9 +177,8 @@ class Images:
             if rest is not None:
                 self._rest, self._now = rest, None
         self._before, self._now = self._now, Skin(now, self._rest)
-        at_rest = bool(detected.any() and not have_moved(self._now.distance))
         responses = self._responses(self._channels, grid)
-        return FrameImages(responses, position, detected, grid, at_rest)
+        return FrameImages(responses, position, detected, grid, self._now, self._before)
 
     def _straight(self, position: Positions) -> Positions:
         """Return positions as a lens without distortion would have shown them, px."""

@@ -64,9 +64,11 @@ class VideoWriter:
         self._last = -1
 
     def _add_stream(self, rate: int) -> Any:
-        width, height = self._size
-        if self._format == "MJPG":
-            return self._container.add_mux_stream("mjpeg", rate=rate, width=width, height=height)
+        if self._format == "MJPG":  # with an encoder that has nothing to do, as in `rig.record`
+            stream = self._container.add_stream("mjpeg", rate=rate, options={"threads": "1"})
+            stream.width, stream.height = self._size
+            stream.pix_fmt = "yuvj420p"
+            return stream
         options = {"preset": "ultrafast", "qp": "0", "tune": "zerolatency", "threads": "1"}
         stream = self._container.add_stream("libx264", rate=rate, options=options)
         stream.width, stream.height = self._size

@@ -226,15 +226,17 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
     Raises
     ------
     InputError
-        If there are more or fewer frames than times, or they are not in order of presentation.
+        If there are more or fewer frames than times, they are not in order of presentation, or mp4
+        can't hold them.
     """
-    holds = reading(video, "a video that mp4 can hold", av.FFmpegError)
+    holds = reading(video, "a video that mp4 can hold", av.FFmpegError, ValueError)
     with holds, av.open(f"file:{video}") as source:
         packets = [packet for packet in source.demux(video=0) if packet.size]
         stream = source.streams.video[0]
         _require_frames(video, packets, len(time_s), bool(stream.codec_context.has_b_frames))
         with av.open(f"file:{target}", "w", format="mp4", options=CONTAINER) as out:
-            copied = out.add_stream_from_template(stream)
+            # opaque: else PyAV wants an encoder, and has none for all that it decodes
+            copied = out.add_stream_from_template(stream, opaque=True)
             copied.time_base = TIME_BASE
             for packet, at_s in zip(packets, time_s, strict=True):
                 packet.stream, packet.time_base = copied, TIME_BASE

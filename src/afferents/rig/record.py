@@ -45,9 +45,9 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ca
     options = dict.fromkeys(("video_track_timescale", "movie_timescale"), str(_TICKS_HZ))
     quality = [cv2.IMWRITE_JPEG_QUALITY, camera.jpeg_quality]
     with av.open(f"file:{path}", "w", format="mp4", options=options) as container:
-        stream = container.add_mux_stream(
-            "mjpeg", rate=round(camera.fps_hz), width=camera.width, height=camera.height
-        )
+        # an encoder that has nothing to do: PyAV has streams without one only since 17
+        stream = container.add_stream("mjpeg", round(camera.fps_hz), options={"threads": "1"})
+        stream.width, stream.height, stream.pix_fmt = camera.width, camera.height, "yuvj420p"
         stream.time_base = _TIME_BASE
         for time_s, image in frames:
             _, data = cv2.imencode(".jpg", image, quality)

@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import afferents
+from afferents.channels import CHANNELS
 from afferents.exchange.lerobot import stats_of, together
 from afferents.recordings.session import read_session
 from afferents.store.zarr_store import open_responses
@@ -99,7 +100,7 @@ def test_every_frame_is_in_the_tables_once_and_in_order(exported):
 
 
 def test_frames_hold_what_the_store_holds(exported, stores):
-    _, episodes, _ = read(exported)
+    info, episodes, _ = read(exported)
     stored = {one.attrs["name"]: one for one in open_responses(stores["video"])}
     table = pd.concat(map(pd.read_parquet, sorted((exported / "data").rglob("*.parquet"))))
     for episode in episodes.to_dict("records"):
@@ -113,6 +114,9 @@ def test_frames_hold_what_the_store_holds(exported, stores):
         np.testing.assert_array_equal(
             np.stack(rows[f"{TOUCH}.ra1"]), np.nan_to_num(responses["ra1"].values)
         )
+        shear = CHANNELS["shear"].response(responses)
+        np.testing.assert_array_equal(np.stack(rows[f"{TOUCH}.shear"]), np.nan_to_num(shear.values))
+        assert info["features"][f"{TOUCH}.shear"]["names"] == shear["shear"].values.tolist()
         assert rows["observation.state"].tolist() == [responses.attrs["speed_mm_s"]] * len(rows)
         sound = np.stack(rows[f"{TOUCH}.ra2"])
         first = round(float(responses["time"][7]) * 8000)
@@ -163,6 +167,17 @@ def test_speeds_that_nobody_knows_are_left_out(stores, tmp_path, monkeypatch):
     afferents.export_lerobot(stores["video"], tmp_path / "touch", quiet=True)
     assert "observation.state" not in read(tmp_path / "touch")[0]["features"]
     assert "NaN" not in (tmp_path / "touch" / "meta" / "stats.json").read_text()
+
+
+def test_a_frame_without_markers_has_no_shear(stores, tmp_path, monkeypatch):
+    first, *_ = open_responses(stores["video"])
+    seen = first["time"] != first["time"][30]
+    blind = first.assign(position=first["position"].where(seen))
+    monkeypatch.setattr("afferents.exchange.lerobot.open_whole", lambda _: [blind])
+    afferents.export_lerobot(stores["video"], tmp_path / "touch", quiet=True)
+    (path,) = (tmp_path / "touch" / "data").rglob("*.parquet")
+    shear = np.stack(pd.read_parquet(path)[f"{TOUCH}.shear"])
+    assert shear[29:32].any(axis=1).tolist() == [True, False, True]
 
 
 def test_what_can_t_be_exported_is_refused_in_a_sentence(

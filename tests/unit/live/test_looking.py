@@ -368,14 +368,15 @@ def test_the_page_tells_what_is_lost_from_what_was_never_there():
     detected = np.arange(8) != 3
     row, column = np.delete(np.indices((3, 3)).reshape(2, -1), 8, axis=1)
     values = np.arange(8, dtype=np.float32)[np.newaxis]
-    images = FrameImages({SA1: values}, np.zeros((8, 2)), detected, Grid(row, column, 0.0), False)
+    grid = Grid(row, column, 0.0)
+    images = FrameImages({SA1: values}, np.zeros((8, 2)), detected, grid, None, None)
     assert draw_image(images, SA1) == [[0, 1, 2], [LOST, 4, 5], [6, 7, None]]
     places = np.array(load_sensor("hex127").markers, float)
     row, column = image_places(places)
     middle = np.argmin(np.hypot(*(places - places.mean(axis=0)).T))
     detected = np.arange(len(places)) != middle
     markers = {SA1: np.ones((1, len(places)), np.float32)}
-    images = FrameImages(markers, places, detected, Grid(row, column, 0.0), False)
+    images = FrameImages(markers, places, detected, Grid(row, column, 0.0), None, None)
     drawn = np.array(draw_image(images, SA1), float)
     assert np.array_equal(np.isnan(drawn), ~covered(row, column))
     n_lost = np.count_nonzero(drawn == LOST)

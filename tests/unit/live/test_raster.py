@@ -36,7 +36,7 @@ def frames(recording):
     for i, time_s in enumerate(recording["time"].values):
         names = ("sa1", "ra1") if i else ("sa1",)
         markers = {name: held[name].values[i : i + 1] for name in names}
-        yield time_s, FrameImages(markers, np.zeros((MARKERS, 2)), detected[i], None, False)
+        yield time_s, FrameImages(markers, np.zeros((MARKERS, 2)), detected[i], None, None, None)
 
 
 def test_it_shows_spikes_of_the_last_second_as_they_are_offline_until_a_fault(recording):

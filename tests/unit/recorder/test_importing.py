@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import soundfile
+from tests.unit.films import images_of, write_film
 
 import afferents
 from afferents.errors import InputError
 from afferents.recordings.video import VideoFile
+from afferents.rig.camera import Camera
+from afferents.rig.record import write_film as write_grey_jpegs
 
 N = 60
 
@@ -126,6 +129,28 @@ def test_b_frames_in_an_avi_are_refused(files, tmp_path):
             out.mux(stream.encode(av.VideoFrame.from_ndarray(grey)))
         out.mux(stream.encode())
     with pytest.raises(InputError, match="found B-frames"):
+        bring(video, audio, times, tmp_path / "S", "4", 40)
+
+
+@pytest.mark.parametrize("coded_as", ["JPEG", "AV1"])
+def test_frames_are_copied_even_if_nothing_encodes_such(files, tmp_path, coded_as):
+    """PyAV has no encoder of grey JPEGs, nor one of the name by which it decodes AV1."""
+    _, audio, times, _ = files
+    pictures = np.random.default_rng(0).integers(0, 255, (N, 64, 64), np.uint8)
+    video = tmp_path / "coded.mp4"
+    if coded_as == "AV1":
+        write_film(video, pictures, "libsvtav1")
+    else:
+        camera = Camera(width=64, height=64)
+        write_grey_jpegs(video, zip(np.arange(N) / 90, pictures, strict=True), camera)
+    bring(video, audio, times, tmp_path / "S", "4", 40)
+    np.testing.assert_array_equal(images_of(tmp_path / "S/4/40/video.mp4"), images_of(video))
+
+
+def test_a_video_that_mp4_can_t_hold_is_refused(files, tmp_path):
+    _, audio, times, _ = files
+    video = write_film(tmp_path / "raw.avi", np.zeros((N, 48, 64), np.uint8), "rawvideo", "gray")
+    with pytest.raises(InputError, match=r"raw.avi: expected a video that mp4 .*rawvideo"):
         bring(video, audio, times, tmp_path / "S", "4", 40)
 
 

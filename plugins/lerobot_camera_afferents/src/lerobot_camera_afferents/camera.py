@@ -18,6 +18,7 @@ from afferents.live.web.snapshot import ring_px
 from afferents.markers.sensor import load_sensor
 from afferents.store.recording import Frame
 from lerobot_camera_afferents.config_camera import SHOWS, AfferentsCameraConfig
+from lerobot_camera_afferents.signed import draw_signed
 
 PATIENCE_MS = 60_000
 """An image may take so long, as the rig's first: it records before it plays."""
@@ -193,9 +194,13 @@ class AfferentsCamera(Camera):
         if config.shows != "picture" and found is None:
             return None
         if usual_px := SHOWS[config.shows]:
-            if (response := found.image(config.shows)) is None:
+            most_px = config.most_px or usual_px
+            if config.shows == "signed":
+                image = draw_signed(found, most_px)
+            elif (response := found.image(config.shows)) is not None:
+                image = in_colours(response, most_px)
+            else:
                 return None
-            image = in_colours(response, config.most_px or usual_px)
             return cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)
         image = cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB)
         if config.shows == "markers":

@@ -6,8 +6,8 @@ from lerobot.cameras import CameraConfig
 
 from afferents.errors import InputError
 
-SHOWS = {"picture": None, "markers": None, "sa1": 5.0, "ra1": 1.0}
-"""What images show, and the response of the brightest colour, px, of those that show one."""
+SHOWS = {"picture": None, "markers": None, "sa1": 5.0, "ra1": 1.0, "signed": 5.0}
+"""What images show, and the response at the end of the scale, px, of those that show one."""
 
 
 @CameraConfig.register_subclass("afferents")
@@ -22,11 +22,12 @@ class AfferentsCameraConfig(CameraConfig):
         ``afferents live --video``.
     shows
         ``picture``, ``markers`` (rings round those found in the picture), ``sa1`` or ``ra1`` (a
-        tactile image in colours).
+        tactile image in colours), or ``signed`` (vectors of the markers; see `draw_signed`).
     sensor
         A sensor file or a packaged name; None to find markers in the first nine frames, at rest.
     most_px
-        SA-I (px) or RA-I (px/frame) of the brightest colour; None for 5 and 1.
+        SA-I (px) or RA-I (px/frame) of the brightest colour, or what 255 stands for in signed
+        images (px, px/frame); None for 5, 1 and 5.
     fps
         Frames a second that a camera is asked for, or that a clip or the rig has; None for its own.
     width, height
