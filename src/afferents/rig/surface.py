@@ -126,7 +126,7 @@ class Surface:
         243:190, 1957); where an area A carries the load, as A^(1/9) N^(8/9). So what rests on bumps
         that cover a share of the surface drags with the ninth root of the share.
         """
-        return self.contact_share ** (1 / 9)
+        return float(self.contact_share ** (1 / 9))
 
     @property
     def pitch_mm(self) -> tuple[float, float]:
@@ -207,9 +207,9 @@ def _grip(drum: Drum, spacing_mm: float) -> Heights:
     patches = drum.grip_sd * _patches(drum, spacing_mm, _GRIP, drum.grip_mm)
     rows = (np.arange(_ALONG) + 0.5) * _PATCHED / _ALONG + 0.5  # in the middle of a padded row
     columns = (np.arange(_ACROSS) + 0.5) * _PATCHED_ACROSS / _ACROSS - 0.5
-    at = (grid.astype(np.float32) for grid in np.meshgrid(columns, rows))
+    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
     padded = np.pad(patches, ((1, 1), (0, 0)), mode="wrap").astype(np.float32)
-    finished = cv2.remap(padded, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    finished = cv2.remap(padded, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(np.exp(finished), np.float32)
 
 
