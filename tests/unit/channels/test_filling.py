@@ -79,9 +79,9 @@ def errors(true, hidden, places=GRID):
 
 @pytest.fixture(scope="module")
 def felt():
-    """SA-I and RA-I of the rig's truth, four seconds of the smooth drum at 50 mm/s, px."""
+    """SA-I and RA-I of the rig's truth, four seconds of drum g at 50 mm/s, px."""
     rig = Rig()
-    run = simulate_run(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 4.0, 0)
+    run = simulate_run(rig, "3", bumped_surface(3.0, rig.drum), 50.0, 4.0, 0)
     position = project(run.position_mm, rig.camera)
     coords = {dims.TIME: run.time_s}
     tracks = xr.DataArray(position, dims=(dims.TIME, dims.MARKER, dims.SPACE), coords=coords)
