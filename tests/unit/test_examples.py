@@ -24,7 +24,7 @@ WITH_EXAMPLES = sorted(
 COMMANDS = {"example", "fetch", "init_session", "record", "import_recording", "calibrate", "track"}
 COMMANDS |= {"simulate", "extract", "evaluate", "report", "reproduce", "train", "export", "view"}
 COMMANDS |= {"export_lerobot", "export_mcap", "export_nwb", "explain", "inspect", "samples"}
-COMMANDS |= {"load_model", "neural"}
+COMMANDS |= {"load_model", "neural", "stream"}
 """Their examples need what other commands have written."""
 
 
@@ -54,8 +54,17 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
     names = {name: getattr(afferents, name) for name in afferents.__all__}
     failed = []
     finder = doctest.DocTestFinder(recurse=False)
-    shown = ["simulate", "init_session", "calibrate", "track", "extract", "inspect", "samples"]
-    shown += ["evaluate", "report", "train", "load_model", "explain", "export", "export_nwb"]
+    shown = ["simulate", "init_session", "calibrate", "track", "stream", "extract", "inspect"]
+    shown += [
+        "samples",
+        "evaluate",
+        "report",
+        "train",
+        "load_model",
+        "explain",
+        "export",
+        "export_nwb",
+    ]
     for name in shown:
         (example,) = finder.find(names[name], name, module=False, globs=names)
         found = doctest.DocTestRunner().run(example, clear_globs=False)

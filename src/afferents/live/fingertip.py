@@ -386,7 +386,7 @@ def stream(
     >>> with stream("session/1/20", sensor="tip_b") as fingertip:
     ...     largest = [touch.sa1.max() for touch in fingertip]
     >>> len(largest)
-    45
+    35
     """
     require_finite(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
