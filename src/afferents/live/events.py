@@ -1,6 +1,7 @@
 """What sources give: pictures, sound, and what went wrong; where they wait for who takes them."""
 
 import heapq
+import math
 import threading
 import time
 from collections import deque
@@ -13,6 +14,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.errors import InputError
 from afferents.markers.sensor import Sensor
 from afferents.store.recording import Frame
 
@@ -254,3 +256,18 @@ class Wanted:
     fps_hz: float | None = None
     sample_rate_hz: float = 44100.0
     n_channels: int = 1
+
+
+def require_finite(offset_s: float) -> None:
+    """Refuse an offset of the microphone's clock, s, that is no finite number.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if not math.isfinite(offset_s):
+        raise InputError(
+            f"--audio-offset-ms: expected a number of ms, found {offset_s:g}; 'afferents align' "
+            "measures it"
+        )

@@ -26,8 +26,8 @@ from afferents.live.events import (
     Trouble,
     Wanted,
     in_order,
+    require_finite,
 )
-from afferents.live.pipeline import require_finite
 from afferents.live.prediction import Counters
 from afferents.live.rest import NewRest, have_moved
 from afferents.live.sensor_streams import JUMP_S, LATE_S, MISSING, Cadence
@@ -304,14 +304,10 @@ class Fingertip:
         first = self._first[n_stale:]
         begun = start_at_rest([frame for frame, _ in first], "the first pictures", self.sensor)
         self._tracker, self._grid, self._first = begun.tracker, begun.grid, []
-        self._rest = self._straight(self._tracker.rest_position)
+        self._rest = undistort(self._tracker.rest_position, self.sensor.lens)
         yield self._felt(first[0][0], self._tracker.at_rest(begun.present).position, False)
         for frame, follows in first[1:]:
             yield self._felt(frame, self._tracker.step(frame.luma).position, follows)
-
-    def _straight(self, position: Positions) -> Positions:
-        """Return positions as a lens without distortion would have shown them, px."""
-        return position if self.sensor.lens is None else undistort(position, self.sensor.lens)
 
     def _felt(self, frame: Frame, position: Positions, follows: bool) -> Touch:
         """Return what a frame says, with the sound that came before it.
@@ -321,7 +317,7 @@ class Fingertip:
         follows
             Whether the frame felt last is the one just before.
         """
-        now = Skin(self._straight(position), self._rest)
+        now = Skin(undistort(position, self.sensor.lens), self._rest)
         before = self._before if follows else None
         step_s, self._last_s, self._before = frame.time_s - self._last_s, frame.time_s, now
         if self._resting is not None:

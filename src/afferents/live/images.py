@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,7 @@ class FrameImages:
     now: Skin
     before: Skin | None
 
-    @property
+    @cached_property
     def at_rest(self) -> bool:
         """Whether the markers lie where they were at rest: nothing touches the skin."""
         return bool(self.detected.any() and not have_moved(self.now.distance))
@@ -167,9 +168,9 @@ class Images:
         position, detected = self._tracker.step(frame.luma)
         grid = self._tracker.grid
         assert grid is not None
-        now = self._straight(position)
+        now = undistort(position, self._sensor.lens)
         if self._rest is None:
-            self._rest = self._straight(self._tracker.rest_position)
+            self._rest = undistort(self._tracker.rest_position, self._sensor.lens)
         self.rest_said = None
         if self._resting and (done := self._resting.feed(now, self._rest)):
             (rest, what), self._resting = done, None
@@ -179,10 +180,6 @@ class Images:
         self._before, self._now = self._now, Skin(now, self._rest)
         responses = self._responses(self._channels, grid)
         return FrameImages(responses, position, detected, grid, self._now, self._before)
-
-    def _straight(self, position: Positions) -> Positions:
-        """Return positions as a lens without distortion would have shown them, px."""
-        return position if self._sensor.lens is None else undistort(position, self._sensor.lens)
 
     def show(self, images: FrameImages) -> FrameImages:
         """Add what only the page shows to the images that `feed` returned last."""

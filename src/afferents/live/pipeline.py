@@ -1,12 +1,19 @@
 """The live pipeline: from what a camera and a microphone give to predictions."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Self
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.live.events import Begin, Channel, Event, Source, Trouble, Wanted
+from afferents.live.events import (
+    Begin,
+    Channel,
+    Event,
+    Source,
+    Trouble,
+    Wanted,
+    require_finite,
+)
 from afferents.live.images import FoundImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Prediction
@@ -170,18 +177,3 @@ def _listening(rate_hz: float, offset_s: float) -> AudioStream:
         raise InputError(
             f"--audio: expected sound of at least {least_hz:g} Hz, found {rate_hz:g}; leave it out"
         ) from error
-
-
-def require_finite(offset_s: float) -> None:
-    """Refuse an offset of the microphone's clock, s, that is no finite number.
-
-    Raises
-    ------
-    InputError
-        If it is not.
-    """
-    if not math.isfinite(offset_s):
-        raise InputError(
-            f"--audio-offset-ms: expected a number of ms, found {offset_s:g}; 'afferents align' "
-            "measures it"
-        )

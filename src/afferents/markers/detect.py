@@ -205,12 +205,14 @@ _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)
 """Steps and px: OpenCV's own five steps leave tenths of a px at the rim of a strong lens."""
 
 
-def undistort(position: Positions, lens: Lens) -> Positions:
+def undistort(position: Positions, lens: Lens | None) -> Positions:
     """Return where points would be without distortion, shape (..., 2), px; NaN stays NaN.
 
     The models are OpenCV's: Brown's radial and tangential one, or the fish-eye one of Kannala
-    and Brandt (2006).
+    and Brandt (2006). Without a lens they are where they were.
     """
+    if lens is None:
+        return position
     camera = np.array(
         [
             [lens.focal_px[0], 0, lens.centre_px[0]],

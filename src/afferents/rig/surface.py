@@ -108,7 +108,7 @@ class Surface:
     contact_share
         Share of the surface that the skin rests on: all of a smooth drum, the tops of bumps.
     grip
-        Friction over its mean, of each sample of the map or of all.
+        Friction over its median, of each sample of the map or of all.
     """
 
     height_mm: Heights
@@ -203,7 +203,7 @@ def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) ->
 
 
 def _grip(drum: Drum, spacing_mm: float) -> Heights:
-    """Draw the friction of a print's bumps over its mean, for each sample of the map."""
+    """Draw the friction of a print's bumps over its median, for each sample of the map."""
     patches = drum.grip_sd * _patches(drum, spacing_mm, _GRIP, drum.grip_mm)
     rows = (np.arange(_ALONG) + 0.5) * _PATCHED / _ALONG + 0.5  # in the middle of a padded row
     columns = (np.arange(_ACROSS) + 0.5) * _PATCHED_ACROSS / _ACROSS - 0.5
