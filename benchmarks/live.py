@@ -30,7 +30,6 @@ from afferents.doctor import processor
 from afferents.encodings.settings import Encodings
 from afferents.live import (
     CameraFrame,
-    Images,
     LivePipeline,
     Network,
     Pace,
@@ -41,6 +40,8 @@ from afferents.live import (
     stream,
 )
 from afferents.live.fingertip import Fingertip
+from afferents.live.follower import Follower
+from afferents.live.images import Filling
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card
@@ -221,7 +222,8 @@ def measure_parts(recording: Path, model: Path) -> Iterator[list[float]]:
     finish = watch.around(list, "after")
     with (
         patch.object(Tracker, "step", watch.around(Tracker.step, "markers")),
-        patch.object(Images, "feed", watch.around(Images.feed, "images")),
+        patch.object(Follower, "feed", watch.around(Follower.feed, "images")),
+        patch.object(Filling, "feed", watch.around(Filling.feed, "images")),
         patch.object(Network, "predict", watch.around(Network.predict, "model")),
     ):
         for source in sources(recording, math.inf):

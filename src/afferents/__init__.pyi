@@ -111,10 +111,10 @@ from .inspection.inspect import (
     inspect as inspect,
 )
 from .live.fingertip import (
-    Touch as Touch,
-)
-from .live.fingertip import (
     stream as stream,
+)
+from .live.follower import (
+    Touch as Touch,
 )
 from .markers.sensor import (
     load_sensor as load_sensor,

@@ -22,7 +22,8 @@ import afferents
 from afferents.channels import Skin
 from afferents.errors import InputError
 from afferents.live import CameraFrame, ReplayedVideo
-from afferents.live.images import FrameImages
+from afferents.live.follower import Touch
+from afferents.live.prediction import Counters
 from afferents.live.replay import Pace
 from afferents.markers.grid import Grid
 from afferents.recordings.video import open_video
@@ -86,10 +87,8 @@ def felt(moved, moved_before=None):
     row, column = np.indices((3, 3)).reshape(2, -1)
     rest = 20.0 * np.stack([column, row], axis=1)
     before = None if moved_before is None else Skin(rest + moved_before, rest)
-    seen = np.isfinite(moved[:, 0])
-    return FrameImages(
-        {}, rest + moved, seen, Grid(row, column, 0.0), Skin(rest + moved, rest), before
-    )
+    grid, now = Grid(row, column, 0.0), Skin(rest + moved, rest)
+    return Touch(0.0, rest + moved, now, before, 0.01, grid, False, Counters())
 
 
 def test_signed_images_say_displacements_and_their_change():

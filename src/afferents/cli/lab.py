@@ -173,8 +173,7 @@ def live(
     audio
         Source of sound: mic:default, a sound file, replay:SESSION/3/50, rig or rig:g/50.
     sensor
-        Without a model: sensor file (TOML) or name (default: markers are found at rest; --signals
-        of a camera need one).
+        Without a model: sensor file (TOML) or name (default: markers are found at rest).
     speed
         How fast replays run: 1 as recorded, 8 times as fast, or max.
     fps
@@ -216,7 +215,7 @@ def live(
     from afferents.live.pipeline import LivePipeline
     from afferents.live.places import places_in
     from afferents.live.signals import give_signals, signals_in
-    from afferents.live.sources import images_of, open_sources
+    from afferents.live.sources import open_sources, sensor_of
     from afferents.markers.sensor import load_sensor
     from afferents.recordings.session_file import rate_in
 
@@ -246,10 +245,10 @@ def live(
         pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
-        images = images_of(video, load_sensor(sensor) if sensor else None, fps_hz)
-        wanted = Wanted(sensor=images.sensor, fps_hz=fps_hz)
+        known = sensor_of(video, load_sensor(sensor) if sensor else None, fps_hz)
+        wanted = Wanted(sensor=known, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
-        pipeline = LivePipeline.without_models(sources, images, offset_s)
+        pipeline = LivePipeline.without_models(sources, known, offset_s)
     page = (host, port, token) if web else None
     give_out(sources, pipeline, web=page, lsl=lsl, as_json=as_json, control=control)
 

@@ -19,11 +19,11 @@ from .events import (
 from .events import (
     Wanted as Wanted,
 )
-from .images import (
-    FoundImages as FoundImages,
+from .follower import (
+    Follower as Follower,
 )
-from .images import (
-    Images as Images,
+from .follower import (
+    Touch as Touch,
 )
 from .network import (
     Network as Network,
@@ -62,10 +62,10 @@ from .sensors import (
     Microphone as Microphone,
 )
 from .sources import (
-    images_of as images_of,
+    open_sources as open_sources,
 )
 from .sources import (
-    open_sources as open_sources,
+    sensor_of as sensor_of,
 )
 from .stream import (
     run as run,

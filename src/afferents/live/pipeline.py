@@ -14,12 +14,12 @@ from afferents.live.events import (
     Wanted,
     require_finite,
 )
-from afferents.live.images import FoundImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Prediction
 from afferents.live.raster import MarkerRaster, Trains, VibrationRaster
 from afferents.live.reporters import Reporter
 from afferents.live.sensor_streams import AudioStream, SensorStream, VideoStream
+from afferents.markers.sensor import Sensor
 
 
 class LivePipeline:
@@ -74,7 +74,7 @@ class LivePipeline:
     def without_models(
         cls,
         sources: Sequence[Source],
-        images: Images | None = None,
+        sensor: Sensor | None = None,
         audio_offset_s: float = 0.0,
     ) -> Self:
         """Return a pipeline that shows markers, SA-I, RA-I, spectrum, and how good they are.
@@ -83,9 +83,8 @@ class LivePipeline:
         ----------
         sources
             Which are looked at, one of each channel at most.
-        images
-            Which follow the markers that the camera sees: `Images` of a sensor, or `FoundImages`
-            (the default), which finds markers at rest as `calibrate` does.
+        sensor
+            Whose markers the camera sees; None to find them at rest, as `calibrate` does.
         audio_offset_s
             The microphone's clock is ahead of the camera's by this much, s.
 
@@ -104,7 +103,7 @@ class LivePipeline:
             )
         video = audio = None
         if "video" in rates:
-            video = VideoStream(images or FoundImages(), rates["video"])
+            video = VideoStream(sensor, rates["video"])
         if "audio" in rates:
             audio = _listening(rates["audio"], audio_offset_s)
         return cls(video, audio)
@@ -115,7 +114,7 @@ class LivePipeline:
         video, audio = self.video, self.audio
         return Wanted(
             frozenset(self.by_channel),
-            sensor=video.images.sensor if video else None,
+            sensor=video.follower.sensor if video else None,
             fps_hz=video.rate_hz if video else None,
             sample_rate_hz=audio.rate_hz if audio else Wanted.sample_rate_hz,
             n_channels=audio.n_channels if audio else Wanted.n_channels,
@@ -136,7 +135,7 @@ class LivePipeline:
         Whether it was set, or why not, comes among the troubles of a prediction ten frames later.
         """
         if self.video is not None:
-            self.video.images.set_rest()
+            self.video.follower.set_rest()
         return self.video is not None
 
     def show_spikes(self) -> None:
@@ -160,6 +159,7 @@ class LivePipeline:
         if stream is None:
             return
         if isinstance(event, Begin):
+            yield from stream.end()
             stream.begin(event)
         elif isinstance(event, Trouble):
             yield from stream.interrupt(event)

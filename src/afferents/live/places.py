@@ -15,7 +15,7 @@ from afferents import dims
 from afferents.channels import PARTS
 from afferents.errors import InputError, reason_of
 from afferents.files import free_bytes, require_free
-from afferents.live.fingertip import Touch
+from afferents.live.follower import Touch
 from afferents.live.signals import UNITS, Content, Place, rounded
 from afferents.plugins import import_extra
 from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.dims import SA1
 from afferents.live.events import CameraFrame, Sound
-from afferents.live.images import FrameImages
+from afferents.live.images import Filled
 from afferents.live.rest import MOVED_PX, MOVED_SHARE
 from afferents.markers.detect import spacing_px
 from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
@@ -143,12 +143,12 @@ class VideoQuality(Quality):
         self._sample: NDArray[np.uint8] | None = None
         self._light: ImageQuality | None = None
 
-    def add(self, picture: CameraFrame, found: FrameImages | None) -> None:
+    def add(self, picture: CameraFrame, found: Filled | None) -> None:
         """Take in a frame and what was found in it; None before the rest frame."""
         before, self._sample = self._sample, sample_pixels(picture.frame.luma)
         if not math.isnan(change := mean_motion(self._sample, before)):
             self._change.append(change)
-        self._seen.append((picture.time_s, None if found is None else found.detected))
+        self._seen.append((picture.time_s, None if found is None else found.touch.detected))
         while self._seen[0][0] < picture.time_s - SPAN_S:
             self._seen.popleft()
         if found is not None:
@@ -158,8 +158,8 @@ class VideoQuality(Quality):
                 self._off.popleft()
         if self._is_due(picture.time_s):
             self._light = None
-            if found is not None and found.detected.any():
-                at = found.position[found.detected]
+            if found is not None and found.touch.detected.any():
+                at = found.touch.seen[found.touch.detected]
                 self._light = measure_image_quality(picture.frame.image, at, spacing_px(at))
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.live.images import FrameImages
+from afferents.live.images import Filled
 from afferents.spikes.afferents import afferent_classes, held
 from afferents.spikes.stream import MarkerUnits, VibrationUnits
 from afferents.spikes.units import UNIT_MODELS, Fired
@@ -112,9 +112,9 @@ class MarkerRaster(Raster):
         self._lost_before: NDArray[np.bool_] | None = None
         super().skip()
 
-    def take(self, time_s: float, images: FrameImages) -> None:
+    def take(self, time_s: float, felt: Filled) -> None:
         """Drive them with a frame."""
-        lost = ~images.detected
+        lost = ~felt.touch.detected
         if len(lost) != self._n_markers:
             self._n_markers = len(lost)
             self._classes = _of_markers(len(lost))
@@ -125,8 +125,8 @@ class MarkerRaster(Raster):
         for one in self._classes:
             variable = one.units.afferent.variable
             response = np.full(len(lost), np.nan, np.float32)
-            if variable in images.markers:
-                response = np.where(missing[variable], np.nan, images.markers[variable][0])
+            if variable in felt.markers:
+                response = np.where(missing[variable], np.nan, felt.markers[variable][0])
             one.take(one.units.feed(time_s, response), time_s)
 
 

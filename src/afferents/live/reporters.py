@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.live.images import FrameImages
+from afferents.live.images import Filled
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import Quality
@@ -57,10 +57,10 @@ class Reporter:
         """Begin anew: what comes next does not follow what came before."""
 
     def report_frame(
-        self, images: FrameImages, time_s: float, every_s: float, arrived_s: float
+        self, felt: Filled, time_s: float, every_s: float, arrived_s: float
     ) -> Prediction | None:
         """Say how many of a frame's markers are found. See `report`."""
-        found = images.share_found
+        found = 1 - felt.touch.lost
         return self.predict("looking", time_s, latency_ms=_since(arrived_s), markers_found=found)
 
     def report(
@@ -145,21 +145,22 @@ class ModelReporter(Reporter):
         self.network.skip()
 
     def report_frame(
-        self, images: FrameImages, time_s: float, every_s: float, arrived_s: float
+        self, felt: Filled, time_s: float, every_s: float, arrived_s: float
     ) -> Prediction | None:
         """Say what a frame is, by the network's channel; None where it lacks that.
 
         While nothing touches the skin there is no evidence; a touch begins after that.
         """
-        if images.at_rest:
+        found = 1 - felt.touch.lost
+        if found and not felt.touch.touching:
             self.begin()
-            found = {"latency_ms": _since(arrived_s), "markers_found": images.share_found}
-            return self.predict("untouched", time_s, **found)
+            latency_ms = _since(arrived_s)
+            return self.predict("untouched", time_s, latency_ms=latency_ms, markers_found=found)
         network, name = self.network, self.network.channel.name
-        image = images.image(name) if network.of_pixels else images.markers.get(name)
+        image = felt.image(name) if network.of_pixels else felt.markers.get(name)
         if image is None:
             return None
-        return self.report(image, time_s, every_s, arrived_s, images.share_found)
+        return self.report(image, time_s, every_s, arrived_s, found)
 
     def report(
         self,

@@ -3,9 +3,7 @@
 import math
 import time
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Iterator, Sequence
-from statistics import median_low
 from typing import Self
 
 import numpy as np
@@ -17,7 +15,8 @@ from afferents.encodings.base import Ready, VibrationEncoding, VibrationStream
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
-from afferents.live.images import FrameImages, Images
+from afferents.live.follower import MISSING, Follower, Touch
+from afferents.live.images import SHOWN, Filled, Filling, require_places
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
@@ -79,6 +78,10 @@ class SensorStream(ABC):
 
         Whoever stops early leaves the latter out.
         """
+
+    def end(self) -> Iterator[Prediction]:
+        """Yield what is still to be predicted: nothing more comes of this recording."""
+        return iter(())
 
     def begin(self, event: Begin) -> None:
         """Forget all but the counters: another recording begins."""
@@ -254,54 +257,8 @@ class AudioStream(SensorStream):
 
 # From frames to predictions, by SA-I and RA-I.
 
-MISSING = 1.7
-"""Frames farther apart than this multiple of their period have lost others between them."""
 SLOW = 1.12
 """Frames in a row that are farther apart than this, on average, make RA-I too large."""
-DOUBLED = 0.25
-"""A frame that comes within this share of the period is the one before once more."""
-STEPS, SUPPOSED = 101, 5
-"""Without a model the period is the median of so many steps from frame to frame: the average rate
-of a file that lost frames is too low. It begins as the source's, in so many steps."""
-
-
-class Cadence:
-    """How frames follow each other, in periods of the camera.
-
-    Parameters
-    ----------
-    rate_hz
-        Frames a second.
-    is_known
-        Whether that is the true rate, as models learnt from; else it is found as frames come.
-
-    Attributes
-    ----------
-    last_s
-        When the last frame was taken, s; None before the first of a recording.
-    """
-
-    def __init__(self, rate_hz: float, is_known: bool = False) -> None:
-        """Wait for the first frame."""
-        self.last_s: float | None = None
-        self._rate_hz = rate_hz
-        self._steps_s = None if is_known else deque([1 / rate_hz] * SUPPOSED, STEPS)
-
-    def step(self, time_s: float) -> float | None:
-        """Return how many periods after the last frame the next was taken; None if it is that one.
-
-        Less than 0 where the clock goes back.
-        """
-        last, rate_hz = self.last_s, self._rate_hz
-        if last is not None and self._steps_s is not None:
-            if time_s > last:
-                self._steps_s.append(time_s - last)
-            rate_hz = 1 / median_low(self._steps_s)
-        periods = 1.0 if last is None else (time_s - last) * rate_hz
-        if -MISSING < periods < DOUBLED:
-            return None
-        self.last_s = time_s
-        return periods
 
 
 class VideoStream(SensorStream):
@@ -309,8 +266,8 @@ class VideoStream(SensorStream):
 
     Parameters
     ----------
-    images
-        Which follow the sensor's markers.
+    sensor
+        Whose markers are followed; None to find them at rest, as `calibrate` does.
     rate_hz
         Frames a second.
     networks
@@ -318,20 +275,34 @@ class VideoStream(SensorStream):
 
     Attributes
     ----------
+    follower
+        Of the markers.
     picture, newest
-        The last frame, and what it shows; None before there is one.
+        The last frame, and what it says; None before there is one.
+
+    Raises
+    ------
+    InputError
+        If the sensor file does not say where the markers are.
     """
 
     quality: VideoQuality
 
-    def __init__(self, images: Images, rate_hz: float, networks: Sequence[Network] = ()) -> None:
+    def __init__(
+        self, sensor: Sensor | None, rate_hz: float, networks: Sequence[Network] = ()
+    ) -> None:
         """Wait for the rest frame."""
+        if sensor is not None:
+            require_places(sensor)
         super().__init__("video", rate_hz, networks, VideoQuality(rate_hz))
+        self.follower = Follower(sensor, rate_hz, is_known=bool(networks))
+        self.follower.counters = self.counters
         self.picture: CameraFrame | None = None
-        self.newest: FrameImages | None = None
-        self.images = images
-        self._cadence = Cadence(rate_hz, is_known=bool(networks))
-        self._step = 1.0  # of frames in a row, in periods, over the last second
+        self.newest: Filled | None = None
+        self._channels = {network.channel for network in networks}
+        self._more = [channel for channel in SHOWN if channel not in self._channels]
+        self._filling, self._step = Filling(), 1.0
+        self._rest: NDArray[np.floating] | None = None
         self._longest = SLOW if networks else math.inf  # who looks on may see slow pictures
 
     @classmethod
@@ -348,81 +319,75 @@ class VideoStream(SensorStream):
         assert card.fps_hz is not None
         assert card.sensor is not None
         wanted, do = "a card with a sensor file of this version", "train the model again"
-        sensor = as_form(card.sensor, Sensor, networks[0].path, wanted, do)
-        learnt_from = {network.channel for network in networks}
-        return cls(Images(sensor, learnt_from), card.fps_hz, networks)
+        return cls(
+            as_form(card.sensor, Sensor, networks[0].path, wanted, do), card.fps_hz, networks
+        )
 
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
-        self.images.begin()
-        self.newest = None
-        self._cadence.last_s = None
-        self._step = 1.0
+        self.follower.begin()
+        self.newest = self._rest = None
+        self._filling, self._step = Filling(), 1.0  # of frames in a row, in periods, over a second
         super().begin(event)
 
     def skip(self) -> None:
         """Begin anew: frames are missing before the next one."""
-        self.images.skip()
+        self.follower.skip()
         self.raster.skip()
         super().skip()
 
     def feed(self, event: Event) -> Iterator[Prediction]:
         """Take in a frame; see `SensorStream.feed`."""
         assert isinstance(event, CameraFrame)
-        self.counters.frames += 1
-        if event.torn:
-            self.counters.torn += 1
-            self._cadence.last_s = event.time_s
-            self.skip()
-            return
-        if self._comes_twice(event.time_s):
-            self.counters.doubled += 1
-            return
-        images, predictions = self._predict(event)
-        yield from predictions
-        self.picture = event
-        self.newest = None if images is None else self.images.show(images)
-        self.quality.add(event, self.newest)
-        if self.newest is not None:
-            self.raster.take(event.time_s, self.newest)
-
-    def _predict(self, picture: CameraFrame) -> tuple[FrameImages | None, list[Prediction]]:
-        """Return what a frame shows, None before the rest frame, and what is predicted."""
-        self.now_s = picture.time_s + 1 / self.rate_hz
-        try:
-            images = self.images.feed(picture.frame)
-        except InputError as error:
-            self.images.begin()
-            trouble = Trouble("video", picture.time_s, str(error))
-            return None, self.interrupt(trouble, "waiting")
-        late = self.is_late(picture.time_s, picture.arrived_s)
-        if images is None:
-            return None, []
-        if self.images.rest_said is not None:
-            was_set, what = self.images.rest_said
-            for reporter in self.reporters:
-                reporter.interrupt(what)
-                if was_set:  # what was recognised before counted from another rest
-                    reporter.begin()
-        if late or self._step > self._longest:
-            super().skip()  # the networks have not seen it; RA-I has
-            return images, self.report_nothing("stalled")
-        predictions = [
-            reporter.report_frame(images, self.now_s, self.every_s, picture.arrived_s)
-            for reporter in self.reporters
-        ]
-        return images, [prediction for prediction in predictions if prediction]
-
-    def _comes_twice(self, time_s: float) -> bool:
-        """Tell whether a frame is the last once more; count those missing before it."""
-        if (periods := self._cadence.step(time_s)) is None:
-            return True
-        if periods < 0:
-            self.skip()
+        if event.time_s < self.now_s - (1 + MISSING) / self.rate_hz:
             self.put_clock_back()
-        elif periods > MISSING:
-            self.counters.dropped += round(periods) - 1
-            self.skip()
+        self.now_s = event.time_s + 1 / self.rate_hz
+        late, felt = self.is_late(event.time_s, event.arrived_s), None
+        try:
+            felt = self.follower.feed(event, late)
+        except InputError as error:
+            yield from self.interrupt(Trouble("video", event.time_s, str(error)), "waiting")
+            felt = []
+        if felt is None:
+            return
+        self.newest = None
+        for picture, touch in felt:
+            yield from self._report(picture, touch)
+        self.picture = event
+        self.quality.add(event, self.newest)
+
+    def end(self) -> Iterator[Prediction]:
+        """Say what the first frames show, be they few; see `SensorStream.end`."""
+        try:
+            felt = self.follower.finish()
+        except InputError as error:
+            yield from self.interrupt(Trouble("video", self.now_s, str(error)), "waiting")
+            return
+        for picture, touch in felt:
+            yield from self._report(picture, touch)
+
+    def _report(self, picture: CameraFrame, touch: Touch) -> Iterator[Prediction]:
+        """Yield what is predicted by a frame, and only then prepare what is drawn."""
+        if touch.before is None:
+            super().skip()
+            self.raster.skip()
         else:
-            self._step += (periods - self._step) / self.rate_hz
-        return False
+            self._step += (touch.step_s * self.rate_hz - self._step) / self.rate_hz
+        for reporter in self.reporters:
+            for what in touch.events:
+                reporter.interrupt(what)
+            if self._rest is not None and touch.now.rest is not self._rest:
+                reporter.begin()  # what was recognised before counted from another rest
+        self._rest, self.now_s = touch.now.rest, touch.time_s + 1 / self.rate_hz
+        filled = Filled(touch, self._filling.feed(touch, self._channels))
+        if touch.late or self._step > self._longest:
+            super().skip()  # the networks have not seen it; RA-I has
+            yield from self.report_nothing("stalled")
+        else:
+            for reporter in self.reporters:
+                said = reporter.report_frame(filled, self.now_s, self.every_s, picture.arrived_s)
+                if said is not None:
+                    yield said
+        more = self._filling.feed(touch, self._more)
+        self.newest = Filled(touch, {**filled.markers, **more})
+        self.raster.take(touch.time_s, self.newest)

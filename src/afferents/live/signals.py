@@ -12,7 +12,8 @@ from afferents import dims
 from afferents.channels import PARTS
 from afferents.choices import words_in
 from afferents.errors import InputError
-from afferents.live.fingertip import Fingertip, Touch
+from afferents.live.fingertip import Fingertip
+from afferents.live.follower import Touch
 from afferents.stopping import stop_later
 
 UNITS = {
@@ -93,6 +94,7 @@ def give_signals(fingertip: Fingertip, names: Sequence[str], places: Sequence[Pl
 
 def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str]) -> Content:
     sensor = fingertip.sensor
+    assert sensor is not None  # there is a touch
     return {
         "sensor": sensor.name,
         "layout": sensor.layout,

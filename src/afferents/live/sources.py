@@ -5,7 +5,7 @@ from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.live.events import Source, Wanted, let_go
-from afferents.live.images import FoundImages, Images, found_in
+from afferents.live.follower import found_in
 from afferents.live.replay import (
     Pace,
     ReplayedSound,
@@ -94,10 +94,10 @@ def open_sources(
     return opened
 
 
-def images_of(
+def sensor_of(
     video: str | None, sensor: Sensor | None = None, fps_hz: float | None = None
-) -> Images:
-    """Return what finds the markers in a source of images that is looked at without a model.
+) -> Sensor | None:
+    """Return the sensor that a source shows: as given, the rig's, or as a clip shows its markers.
 
     A recording is looked at first, so that what does not go with it is said before anything opens.
 
@@ -106,8 +106,12 @@ def images_of(
     video, fps_hz
         As for `open_sources`.
     sensor
-        The sensor as the user describes it; None to find its markers at rest, as `calibrate`
-        does (the rig's own fingertip is known).
+        As the user describes it; None to find its markers at rest, as `calibrate` does.
+
+    Returns
+    -------
+    Sensor | None
+        None where frames must come first, as of a camera.
 
     Raises
     ------
@@ -116,33 +120,13 @@ def images_of(
     """
     kind, name = _parted(video) if video is not None else ("", "")
     if kind == "rig":
-        return Images(sensor or load_sensor(RIG_SENSOR))
+        return sensor or load_sensor(RIG_SENSOR)
     if kind != "replay":
-        return Images(sensor) if sensor else FoundImages()
+        return sensor
     clip = _clip(name, fps_hz)
-    images = Images(sensor) if sensor else FoundImages(found_in(clip))
-    assert images.sensor is not None
-    ordered_rest(clip, images.sensor)
-    return images
-
-
-def sensor_of(video: str, fps_hz: float | None = None) -> Sensor:
-    """Return the sensor that a source shows: the rig's own, or as a clip shows its markers.
-
-    Raises
-    ------
-    InputError
-        If it is a camera, or the clip shows no markers.
-    """
-    kind, name = _parted(video)
-    if kind == "replay":
-        return found_in(_clip(name, fps_hz))
-    if kind == "camera":
-        raise InputError(
-            f"sensor: expected a sensor file for {video}, found none; 'afferents calibrate' writes "
-            "one from a clip"
-        )
-    return load_sensor(RIG_SENSOR)  # of the rig; what is no source is refused when it is opened
+    sensor = sensor or found_in(clip)
+    ordered_rest(clip, sensor)
+    return sensor
 
 
 def _parted(source: str) -> tuple[str, str]:

@@ -71,7 +71,8 @@ def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Predictio
         else:
             for event in in_order(used):
                 yield from pipeline.feed(event)
-        for stream in pipeline.by_channel.values():  # it ended before there was enough
+        for stream in pipeline.by_channel.values():
+            yield from stream.end()
             silent = [reporter for reporter in stream.reporters if not reporter.spoke]
             yield from (reporter.predict("waiting", stream.now_s) for reporter in silent)
 

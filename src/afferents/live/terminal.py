@@ -75,7 +75,7 @@ class Screen(Newest):
         if video is not None:
             if console.color_system is not None:
                 parts.append(_views(video, console))
-            parts.append(Text(video.images.describe()))
+            parts.append(Text(video.follower.describe()))
         if audio is not None:
             parts.append(_spectrum(audio, console.width))
         parts.append(_figures([one.quality for one in (video, audio) if one is not None]))
@@ -168,9 +168,8 @@ def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
     """Return where the camera sees markers, small, with those found on it: (line, column, 3)."""
     assert video.picture is not None
     grey = video.picture.frame.image
-    found = (
-        np.empty((0, 2)) if video.newest is None else video.newest.position[video.newest.detected]
-    )
+    touch = None if video.newest is None else video.newest.touch
+    found = np.empty((0, 2)) if touch is None else touch.seen[touch.detected]
     if len(found):
         corner = np.maximum(found.min(axis=0).astype(int) // _EDGE_PX - 1, 0) * _EDGE_PX
         far = (found.max(axis=0).astype(int) // _EDGE_PX + 2) * _EDGE_PX

@@ -1,5 +1,6 @@
 """What the page shows of a recording: camera with markers, sound, and what is to be done."""
 
+from contextlib import suppress
 from typing import Any
 
 import cv2
@@ -11,7 +12,9 @@ from afferents.devices.clock import SampleClock
 from afferents.devices.picture import picture_of
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.live.images import FrameImages, Images
+from afferents.live.events import CameraFrame
+from afferents.live.follower import Follower
+from afferents.live.images import SHOWN, Filled, Filling, require_places
 from afferents.live.sensor_streams import AudioStream
 from afferents.live.sensors import sound_of
 from afferents.live.web.snapshot import Shown, draw_markers, draw_spectrum
@@ -36,9 +39,10 @@ class RecordingPage(Shown):
     def __init__(self, watch: Watch, sensor: Sensor) -> None:
         """Nothing is seen yet."""
         self._watch = watch
-        self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
+        require_places(sensor)
+        self._sensor = sensor.model_copy(update={"rest_frame": 0})
         self._series = -1
-        self._audio: AudioStream | None = None
+        self._begin(1.0)  # the rate comes with the camera
 
     def hello(self) -> dict[str, Any]:
         """Return what does not change: no model runs, this is a recording."""
@@ -47,54 +51,56 @@ class RecordingPage(Shown):
     def draw(self) -> tuple[str, bytes | None]:
         """Draw up the state as JSON, and the picture."""
         pair = self._watch.newest
-        images, jpeg = self._seen(pair)
+        felt, jpeg = self._seen(pair)
         said: dict[str, Any] = {
             "type": "state",
             "ended": None,
             "percepts": [],
-            "video": self._video(images),
+            "video": self._video(felt),
             "audio": self._heard(),
             "recording": self._watch.state(),
         }
         return to_json(said, inf_nan_mode="null").decode(), jpeg  # of a speed that nobody reads
 
-    def _seen(self, pair: tuple[Taken, ...]) -> tuple[FrameImages | None, bytes | None]:
+    def _seen(self, pair: tuple[Taken, ...]) -> tuple[Filled | None, bytes | None]:
         """Follow the markers of the newest two frames, from the first of the series on."""
         first, camera = self._watch.first, self._watch.camera
         if not pair or camera is None:
             return None, None
         if self._series != self._watch.series and first is not None:
             self._series = self._watch.series
-            self._images.begin()
-            self._audio = None
+            self._begin(camera.fps_hz)
             self._feed(first, camera)
-        self._images.skip()
-        images = None
         for taken in pair:
-            images = self._feed(taken, camera)
-        return images, _jpeg(pair[-1], camera)
+            self._feed(taken, camera)
+        return self._felt, _jpeg(pair[-1], camera)
 
-    def _feed(self, taken: Taken, camera: CameraSettings) -> FrameImages | None:
+    def _begin(self, fps_hz: float) -> None:
+        """Wait for the first frame of a series, which shows the skin at rest."""
+        self._follower, self._filling = Follower(self._sensor, fps_hz, is_known=True), Filling()
+        self._felt: Filled | None = None
+        self._audio: AudioStream | None = None
+
+    def _feed(self, taken: Taken, camera: CameraSettings) -> None:
         picture = picture_of(taken.data, camera)
         if picture is None:
-            return None
-        try:
-            return self._images.feed(Frame(taken.time_s, *picture))
-        except InputError:  # no markers: the picture itself shows why
-            self._images.begin()
-            return None
+            return
+        frame = CameraFrame(Frame(taken.time_s, *picture), 0.0)
+        with suppress(InputError):  # no markers: the picture itself shows why
+            for _, touch in self._follower.feed(frame) or self._follower.finish():
+                self._felt = Filled(touch, self._filling.feed(touch, SHOWN))
 
-    def _video(self, images: FrameImages | None) -> dict[str, Any] | None:
+    def _video(self, felt: Filled | None) -> dict[str, Any] | None:
         camera = self._watch.camera
         if camera is None:
             return None
         content: dict[str, Any] = {
             "rate_hz": camera.fps_hz,
-            "sensor": self._images.describe(),
+            "sensor": self._follower.describe(),
             "quality": [],
         }
-        if images is not None:
-            content |= {"size": (camera.width, camera.height), **draw_markers(images)}
+        if felt is not None:
+            content |= {"size": (camera.width, camera.height), **draw_markers(felt)}
         return content
 
     def _heard(self) -> dict[str, Any] | None:

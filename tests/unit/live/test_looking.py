@@ -11,21 +11,21 @@ import pytest
 import soundfile
 from rich.console import Console
 
+from afferents.channels import Skin
 from afferents.dims import SA1
 from afferents.errors import InputError
 from afferents.live import (
     CameraFrame,
-    FoundImages,
-    Images,
     LivePipeline,
     Sound,
     Wanted,
-    images_of,
     open_sources,
     run,
+    sensor_of,
 )
-from afferents.live.images import FrameImages
-from afferents.live.prediction import Newest, Prediction
+from afferents.live.follower import Touch
+from afferents.live.images import Filled
+from afferents.live.prediction import Counters, Newest, Prediction
 from afferents.live.terminal import Screen
 from afferents.live.web.snapshot import LOST, Snapshots, draw_image
 from afferents.markers.grid import Grid
@@ -76,11 +76,18 @@ def sounds(samples, n=400):
     )
 
 
-def looked_at(images=(), samples=None, following=None, rate_hz=FPS):
+def looked_at(images=(), samples=None, sensor=None, rate_hz=FPS):
     sources = [Played(pictures(images, rate_hz))] if len(images) else []
     sources += [] if samples is None else [sounds(samples)]
-    pipeline = LivePipeline.without_models(sources, following)
+    pipeline = LivePipeline.without_models(sources, sensor)
     return pipeline, list(run(sources, pipeline))
+
+
+def filled(markers, places, detected, grid):
+    """What a frame shows of markers, some of which are lost."""
+    seen = np.where(detected[:, None], places, np.nan)
+    touch = Touch(0.0, seen, Skin(seen, places), None, 0.01, grid, False, Counters())
+    return Filled(touch, markers)
 
 
 @pytest.fixture(scope="module")
@@ -98,10 +105,9 @@ def test_every_marker_of_a_layout_without_rows_shows_what_was_done_to_it(name):
     sensor = load_sensor(name)
     places = np.array(sensor.markers)
     drawn = {shift: draw(places + np.array([shift, 0])) for shift in np.unique(shifts())}
-    following = Images(sensor)
-    pipeline, predictions = looked_at([drawn[s] for s in shifts()], following=following)
+    pipeline, predictions = looked_at([drawn[s] for s in shifts()], sensor=sensor)
     seen = pipeline.video.newest
-    assert seen.detected.all()
+    assert seen.touch.detected.all()
     inside = seen.image("sa1") > 0
     assert inside.mean() > 0.5
     assert np.median(seen.image("sa1")[inside]) == pytest.approx(shifts()[-1], abs=0.1)
@@ -109,18 +115,18 @@ def test_every_marker_of_a_layout_without_rows_shows_what_was_done_to_it(name):
     assert {p.state for p in predictions} == {"looking"}
     assert predictions[-1].markers_found == 1
     assert (
-        following.describe() == f"Sensor '{name}': {sensor.layout} layout, {len(places)} markers."
+        pipeline.video.follower.describe()
+        == f"Sensor '{name}': {sensor.layout} layout, {len(places)} markers."
     )
 
 
 def test_markers_that_nobody_has_described_are_found_at_rest(moving):
-    following = FoundImages()
-    pipeline, predictions = looked_at(moving, following=following)
-    assert following.describe().startswith(
+    pipeline, predictions = looked_at(moving)
+    assert pipeline.video.follower.describe().startswith(
         "No sensor file (--sensor): 361 bright markers were found, in a square layout"
     )
     np.testing.assert_allclose(pipeline.video.newest.image("sa1"), shifts()[-1], atol=0.15)
-    assert len(predictions) == len(moving) - 9  # those that it was found in
+    assert len(predictions) == len(moving)
 
 
 def test_a_camera_that_shows_nothing_yet_is_looked_at_again(moving):
@@ -132,7 +138,7 @@ def test_a_camera_that_shows_nothing_yet_is_looked_at_again(moving):
     assert 1 <= len(told) <= 3
     assert "blobs of like size, found 0 in a picture that is black" in told[0].troubles[0]
     assert predictions[-1].state == "looking"
-    assert pipeline.video.newest.detected.all()
+    assert pipeline.video.newest.touch.detected.all()
 
 
 def test_what_a_source_said_is_shown_longer_than_one_frame(monkeypatch):
@@ -357,10 +363,10 @@ radius_px = 6.5
 
 
 def test_the_rig_s_own_fingertip_is_known():
-    assert images_of("rig:g/50").sensor == load_sensor("tip_b")
-    assert images_of("rig", load_sensor("hex127")).sensor == load_sensor("hex127")
-    assert images_of("camera:0").sensor is None
-    assert images_of(None).sensor is None
+    assert sensor_of("rig:g/50") == load_sensor("tip_b")
+    assert sensor_of("rig", load_sensor("hex127")) == load_sensor("hex127")
+    assert sensor_of("camera:0") is None
+    assert sensor_of(None) is None
 
 
 def test_the_page_tells_what_is_lost_from_what_was_never_there():
@@ -369,15 +375,15 @@ def test_the_page_tells_what_is_lost_from_what_was_never_there():
     row, column = np.delete(np.indices((3, 3)).reshape(2, -1), 8, axis=1)
     values = np.arange(8, dtype=np.float32)[np.newaxis]
     grid = Grid(row, column, 0.0)
-    images = FrameImages({SA1: values}, np.zeros((8, 2)), detected, grid, None, None)
-    assert draw_image(images, SA1) == [[0, 1, 2], [LOST, 4, 5], [6, 7, None]]
+    felt = filled({SA1: values}, np.zeros((8, 2)), detected, grid)
+    assert draw_image(felt, SA1) == [[0, 1, 2], [LOST, 4, 5], [6, 7, None]]
     places = np.array(load_sensor("hex127").markers, float)
     row, column = image_places(places)
     middle = np.argmin(np.hypot(*(places - places.mean(axis=0)).T))
     detected = np.arange(len(places)) != middle
     markers = {SA1: np.ones((1, len(places)), np.float32)}
-    images = FrameImages(markers, places, detected, Grid(row, column, 0.0), None, None)
-    drawn = np.array(draw_image(images, SA1), float)
+    felt = filled(markers, places, detected, Grid(row, column, 0.0))
+    drawn = np.array(draw_image(felt, SA1), float)
     assert np.array_equal(np.isnan(drawn), ~covered(row, column))
     n_lost = np.count_nonzero(drawn == LOST)
     assert n_lost == 1
@@ -408,9 +414,9 @@ def test_images_are_played_at_the_rate_that_is_given(moving, tmp_path):
     for number, image in enumerate(moving[:12]):
         cv2.imwrite(str(tmp_path / f"{number:03}.png"), image)
     with pytest.raises(InputError, match="the rate at which the images were taken, found none"):
-        images_of(str(tmp_path), None)
-    following = images_of(str(tmp_path), None, 10.0)
+        sensor_of(str(tmp_path))
+    sensor = sensor_of(str(tmp_path), fps_hz=10.0)
     (source,) = open_sources(str(tmp_path), None, Wanted(), math.inf, fps_hz=10.0)
     assert source.rate_hz == 10
-    pipeline = LivePipeline.without_models([source], following)
+    pipeline = LivePipeline.without_models([source], sensor)
     assert [p.time_s for p in run([source], pipeline)][-1] == pytest.approx(12 / 10)

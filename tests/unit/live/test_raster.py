@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from afferents.channels import Skin
 from afferents.live import Begin, LivePipeline, Sound
 from afferents.live.events import Trouble
-from afferents.live.images import FrameImages
+from afferents.live.follower import Touch
+from afferents.live.images import Filled
+from afferents.live.prediction import Counters
 from afferents.live.raster import MarkerRaster, VibrationRaster
 from afferents.live.web.snapshot import Snapshots
 from afferents.spikes.artificial import artificial_spikes
@@ -30,13 +33,16 @@ def recording():
 
 
 def frames(recording):
-    """Frames as `Images` gives them: lost markers hold what they last showed."""
+    """Frames as they are given out: lost markers hold what they last showed."""
     detected = ~np.isnan(recording["sa1"].values)
     held = recording.fillna(3.0)
     for i, time_s in enumerate(recording["time"].values):
         names = ("sa1", "ra1") if i else ("sa1",)
         markers = {name: held[name].values[i : i + 1] for name in names}
-        yield time_s, FrameImages(markers, np.zeros((MARKERS, 2)), detected[i], None, None, None)
+        seen = np.where(detected[i][:, None], 0.0, np.nan) * np.ones((1, 2))
+        now = Skin(seen, np.zeros((MARKERS, 2)))
+        touch = Touch(time_s, seen, now, None, 0.01, None, False, Counters())
+        yield time_s, Filled(touch, markers)
 
 
 def test_it_shows_spikes_of_the_last_second_as_they_are_offline_until_a_fault(recording):

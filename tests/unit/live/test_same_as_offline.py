@@ -28,7 +28,8 @@ from afferents.evaluation.encode import encode, sources_of
 from afferents.extraction.extract import responses_of
 from afferents.filling import fill
 from afferents.live import LivePipeline, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
-from afferents.live.images import Images
+from afferents.live.follower import Follower
+from afferents.live.images import Filled, Filling
 from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
 from afferents.models.model import MODELS
@@ -40,10 +41,14 @@ from afferents.store.zarr_store import open_responses
 
 def live_images(video, sensor):
     """All images by name and frame number."""
+    follower = Follower(sensor, video.fps_hz)
     channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and c.runs_live]
-    images = Images(sensor, channels)
     names = [channel.name for channel in channels if not channel.parts]
-    seen = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
+    filling, seen = Filling(), {}
+    for event in ReplayedVideo(video, Pace(math.inf)).events():
+        for picture, touch in follower.feed(event):
+            i = round(picture.time_s * video.fps_hz)
+            seen[i] = Filled(touch, filling.feed(touch, channels))
     return {n: {i: f.image(n) for i, f in seen.items() if n in f.markers} for n in names}
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from afferents import dims
-from afferents.live.images import Images
+from afferents.live.events import CameraFrame
+from afferents.live.follower import Follower
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.quality import describe
 from afferents.markers.rest import MOST_STALE, STILL, rest_sentences
@@ -102,12 +103,12 @@ def test_live_counts_from_the_same_frame(clip, rest_frame):
     tracks = track_markers(made, sensor)
     rest = tracks.attrs["rest_frame"]
     assert rest == 6 + STILL
-    images = Images(sensor)
-    live = [images.feed(frame) for frame in made.frames()]
-    assert [one is None for one in live] == [n < rest_frame for n in range(len(live))]
-    seen = np.array([one.position for one in live[rest:]])
-    np.testing.assert_array_equal(seen, tracks[dims.POSITION][rest:])
-    assert dims.RA1 not in live[rest].markers
+    follower = Follower(sensor, made.fps_hz)
+    pictures = [CameraFrame(frame, 0.0) for frame in made.frames()]
+    live = [touch for picture in pictures for _, touch in follower.feed(picture)]
+    np.testing.assert_array_equal([one.time_s for one in live], tracks[dims.TIME][rest:])
+    np.testing.assert_array_equal([one.seen for one in live], tracks[dims.POSITION][rest:])
+    assert live[0].before is None
 
 
 @pytest.mark.skipif(not GRASPS.is_dir(), reason="no grasps at ../shared/datasets/gelsight_grasps")

@@ -10,9 +10,9 @@ from lerobot.utils.decorators import check_if_already_connected, check_if_not_co
 
 from afferents.devices.found import find_devices
 from afferents.errors import InputError
-from afferents.live import LivePipeline, Source, Wanted, images_of, open_sources
+from afferents.live import LivePipeline, Source, Wanted, open_sources, sensor_of
 from afferents.live.events import Mailbox
-from afferents.live.images import FrameImages, Pixels, in_colours
+from afferents.live.images import Filled, Pixels, in_colours
 from afferents.live.stream import RATE_TOLERANCE
 from afferents.live.web.snapshot import ring_px
 from afferents.markers.sensor import load_sensor
@@ -85,8 +85,8 @@ class AfferentsCamera(Camera):
         """
         config = self.config
         try:
-            images = images_of(config.source, load_sensor(config.sensor) if config.sensor else None)
-            wanted = Wanted(sensor=images.sensor, fps_hz=config.fps)
+            sensor = sensor_of(config.source, load_sensor(config.sensor) if config.sensor else None)
+            wanted = Wanted(sensor=sensor, fps_hz=config.fps)
             (source,) = open_sources(config.source, None, wanted)
         except InputError as error:
             raise ConnectionError(str(error).replace("--video: ", "source: ")) from error
@@ -97,7 +97,7 @@ class AfferentsCamera(Camera):
         self.fps = config.fps or round(source.rate_hz)
         self._source, self._newest, self._over, self._trouble = source, None, None, ""
         self._is_new.clear()
-        pipeline = LivePipeline.without_models([source], images)
+        pipeline = LivePipeline.without_models([source], sensor)
         self._thread = Thread(target=self._follow, args=(source, pipeline), daemon=True)
         self._thread.start()
         if warmup:
@@ -187,7 +187,7 @@ class AfferentsCamera(Camera):
             self._newest, self._trouble = (image, time.perf_counter()), ""
             self._is_new.set()
 
-    def _draw(self, frame: Frame, found: FrameImages | None) -> Pixels | None:
+    def _draw(self, frame: Frame, found: Filled | None) -> Pixels | None:
         """Return what is shown of a frame; None where there is nothing to show yet."""
         config, grey = self.config, frame.image
         size = config.width or grey.shape[1], config.height or grey.shape[0]
@@ -196,7 +196,7 @@ class AfferentsCamera(Camera):
         if usual_px := SHOWS[config.shows]:
             most_px = config.most_px or usual_px
             if config.shows == "signed":
-                image = draw_signed(found, most_px)
+                image = draw_signed(found.touch, most_px)
             elif (response := found.image(config.shows)) is not None:
                 image = in_colours(response, most_px)
             else:
@@ -204,7 +204,7 @@ class AfferentsCamera(Camera):
             return cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)
         image = cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB)
         if config.shows == "markers":
-            at = found.position[found.detected]
+            at = found.touch.seen[found.touch.detected]
             radius = round(ring_px(at))
             for centre in at.round().astype(int).tolist():
                 cv2.circle(image, centre, radius, AMBER)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.live.fingertip import Touch
-from afferents.live.images import FrameImages, Pixels
+from afferents.live.follower import Touch
+from afferents.live.images import Pixels
 from afferents.markers.places import images_of
 from lerobot_camera_afferents.config_camera import SHOWS
 
@@ -14,12 +14,12 @@ MIDDLE, MOST = 128, 127
 """Of a pixel: what stands for 0, and how far from that the scale's end lies."""
 
 
-def draw_signed(felt: FrameImages | Touch, most_px: float) -> Pixels:
+def draw_signed(touch: Touch, most_px: float) -> Pixels:
     """Return displacement and its change as signed values round 128.
 
     Parameters
     ----------
-    felt
+    touch
         What a frame shows.
     most_px
         What 255 stands for; 1 stands for as much to the other side, larger values are clipped.
@@ -32,10 +32,10 @@ def draw_signed(felt: FrameImages | Touch, most_px: float) -> Pixels:
         its sign. 128 where a marker is lost, or none stands; the last one where no frame came
         before, too.
     """
-    now, before = felt.now, felt.before
+    now, before = touch.now, touch.before
     grown = now.distance - (math.nan if before is None else before.distance)
     values = np.vstack([now.displacement.T, grown])
-    image = np.nan_to_num(images_of(values, felt.grid.row, felt.grid.column))
+    image = np.nan_to_num(images_of(values, touch.grid.row, touch.grid.column))
     levels = MIDDLE + MOST * np.clip(image / most_px, -1, 1)
     return np.moveaxis(np.rint(levels), 0, 2).astype(np.uint8)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from afferents.dims import RA1, SA1
 from afferents.live.events import CameraFrame
-from afferents.live.images import FrameImages
+from afferents.live.images import Filled
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Newest
 from afferents.live.quality import Quality
@@ -114,7 +114,7 @@ class Snapshots(Shown, Newest):
         newest, picture = video.newest, video.picture
         content: dict[str, Any] = {
             "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
-            "sensor": video.images.describe(),
+            "sensor": video.follower.describe(),
             "quality": _in_words(video.quality),
         }
         if newest is not None and picture is not None:
@@ -141,13 +141,13 @@ class Snapshots(Shown, Newest):
         return self._encoded[1]
 
 
-def draw_markers(images: FrameImages) -> dict[str, Any]:
+def draw_markers(felt: Filled) -> dict[str, Any]:
     """Return where the markers of a frame are, px, and their tactile images, as JSON has them."""
-    found = images.detected
+    seen, found = felt.touch.seen, felt.touch.detected
     return {
-        "markers": np.where(found[:, None], images.position, -1).round(1).tolist(),
-        "ring_px": ring_px(images.position[found]),
-        **{name: draw_image(images, name) for name in (SA1, RA1)},
+        "markers": np.where(found[:, None], seen, -1).round(1).tolist(),
+        "ring_px": ring_px(seen[found]),
+        **{name: draw_image(felt, name) for name in (SA1, RA1)},
     }
 
 
@@ -159,17 +159,18 @@ def draw_spectrum(audio: AudioStream) -> dict[str, Any]:
     return {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
 
 
-def draw_image(images: FrameImages, name: str) -> list[Any] | None:
+def draw_image(felt: Filled, name: str) -> list[Any] | None:
     """Return the tactile image of a channel as JSON has it; None where there is none.
 
     A pixel is None where no marker stands, and `LOST` at the one nearest to a lost marker.
     """
-    image = images.image(name)
-    if image is None:
+    image, grid = felt.image(name), felt.touch.grid
+    if image is None or grid is None:
         return None
-    row, column = images.grid.row, images.grid.column
+    row, column = grid.row, grid.column
     drawn = np.round(image.astype(float), _DIGITS).astype(object)
-    lost = np.rint([row[~images.detected], column[~images.detected]]).astype(int)
+    gone = ~felt.touch.detected
+    lost = np.rint([row[gone], column[gone]]).astype(int)
     drawn[tuple(np.clip(lost.T, 0, np.array(image.shape) - 1).T)] = LOST
     drawn[~covered(row, column)] = None
     return list(drawn.tolist())
