@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
@@ -139,9 +140,9 @@ def record(
 
 def live(
     model: Sequence[Path] = (),
-    video: str | None = None,
-    audio: str | None = None,
-    sensor: str | None = None,
+    videos: Sequence[str] = (),
+    audios: Sequence[str] = (),
+    sensors: Sequence[str] = (),
     speed: str = "1",
     fps: float | None = None,
     exposure_ms: float | None = None,
@@ -155,6 +156,8 @@ def live(
     to: Sequence[str] = ("-",),
     as_json: bool = False,
     control: bool = False,
+    name: str = "",
+    beside: Sequence[str] = (),
     quiet: bool = False,
 ) -> None:
     """Look at what a fingertip senses, classify texture while it slides, or give out its signals.
@@ -168,11 +171,12 @@ def live(
     model
         ONNX file that 'export' wrote; may be repeated, to run several side by side; 'demo' for the
         simulated rig's own (default: no model, look only).
-    video
-        Source of images: camera:0, a video file, replay:SESSION/3/50, rig or rig:g/50.
-    audio
+    videos
+        Source of images: camera:0, a video file, replay:SESSION/3/50, rig or rig:g/50. May be
+        repeated, for several fingertips, each with its own --sensor.
+    audios
         Source of sound: mic:default, a sound file, replay:SESSION/3/50, rig or rig:g/50.
-    sensor
+    sensors
         Without a model: sensor file (TOML) or name (default: markers are found at rest).
     speed
         How fast replays run: 1 as recorded, 8 times as fast, or max.
@@ -203,10 +207,14 @@ def live(
         Print predictions as JSON, one per line.
     control
         Set rest anew for each line 'rest' on standard input (in a terminal: key z).
+    name
+        Of the fingertip, where there are several: in streams of LSL, and on the page.
+    beside
+        Page of another fingertip, such as right=8801, that this one's page links to.
     quiet
         No progress bars; plain lines on stderr.
     """
-    from afferents.choices import speed_factor
+    from afferents.choices import flag_of, speed_factor
     from afferents.live.control import set_rest_when_asked
     from afferents.live.events import Wanted
     from afferents.live.fingertip import stream
@@ -214,6 +222,7 @@ def live(
     from afferents.live.outlets import give_out
     from afferents.live.pipeline import LivePipeline
     from afferents.live.places import places_in
+    from afferents.live.several import commands_for, run_each
     from afferents.live.signals import give_signals, signals_in
     from afferents.live.sources import open_sources, sensor_of
     from afferents.markers.sensor import load_sensor
@@ -221,18 +230,36 @@ def live(
 
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else rate_in(fps)
-    if signals is not None:
-        if model or web or lsl:
+    if signals is not None and (model or web or lsl):
+        raise InputError(
+            "--signals: expected none of --model, --web and --lsl beside it, found one; run "
+            "another 'afferents live' for them"
+        )
+    if max(map(len, (videos, audios, sensors))) > 1:
+        if model or lsl or not (web or as_json or signals):
             raise InputError(
-                "--signals: expected none of --model, --web and --lsl beside it, found one; run "
-                "another 'afferents live' for them"
+                "--video: expected --signals, --web or --json beside several, and neither --model "
+                "nor --lsl; run an 'afferents live' for each"
             )
+        asked: dict[str, Any] = {
+            "signals": signals, "json": as_json, "web": web, "host": host, "token": token,
+            "speed": speed, "fps": fps, "exposure_ms": exposure_ms,
+            "audio_offset_ms": audio_offset_ms or None, "quiet": quiet,
+        }  # fmt: skip
+        given = {flag_of(key): value for key, value in asked.items() if value not in (None, False)}
+        words = [w for flag, v in given.items() for w in ((flag,) if v is True else (flag, str(v)))]
+        run_each(commands_for(videos, audios, sensors, to, port, words), control)
+        return
+    video = videos[0] if videos else None
+    audio = audios[0] if audios else None
+    sensor = sensors[0] if sensors else None
+    if signals is not None:
         if video is None:
             raise InputError("--video: expected a source, such as camera:0 or rig, found none")
         names, places = signals_in(signals, audio is not None), places_in(to, (video, audio))
         tip = stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
         with set_rest_when_asked(tip.set_rest, control):
-            give_signals(tip, names, places)
+            give_signals(tip, names, places, name)
         return
     if model and sensor:
         raise InputError(
@@ -250,7 +277,17 @@ def live(
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, known, offset_s)
     page = (host, port, token) if web else None
-    give_out(sources, pipeline, web=page, lsl=lsl, as_json=as_json, control=control)
+    greeting = {"name": name, "beside": _pages_in(beside)}
+    give_out(sources, pipeline, page, lsl, as_json, control, greeting)
+
+
+def _pages_in(beside: Sequence[str]) -> dict[str, int]:
+    """Return the ports of pages by name."""
+    pages = {name: port for name, _, port in (page.partition("=") for page in beside)}
+    wrong = [page for page in beside if not page.partition("=")[2].isdecimal()]
+    if wrong:
+        raise InputError(f"--beside: expected a name and a port, as right=8801, found '{wrong[0]}'")
+    return {name: int(port) for name, port in pages.items()}
 
 
 def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:

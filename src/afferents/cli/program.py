@@ -67,7 +67,13 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
         Command("track", "afferents.extraction.track:track_into", flags=FPS | TRACKER),
         Command("extract", EXTRACT, several=("accept",), flags=FPS | TRACKER),
         Command("align", "afferents.extraction.align:align", several=("recordings",)),
-        Command("live", "afferents.cli.lab:live", words=(), several=("model", "to")),
+        Command(
+            "live",
+            "afferents.cli.lab:live",
+            words=(),
+            several=("model", "to", "videos", "audios", "sensors", "beside"),
+            flags={"videos": "--video", "audios": "--audio", "sensors": "--sensor"},
+        ),
     ),
     "Texture": (
         Command(

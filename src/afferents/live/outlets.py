@@ -87,6 +87,7 @@ def give_out(
     lsl: bool = False,
     as_json: bool = False,
     control: bool = False,
+    greeting: Mapping[str, Any] | None = None,
 ) -> None:
     """Run a pipeline, and give out what it predicts or shows, until the sources end.
 
@@ -102,6 +103,9 @@ def give_out(
         Whether predictions are printed as JSON lines.
     control
         Whether rest is set by lines on standard input; see `set_rest_when_asked`.
+    greeting
+        What the page is told at first: ``name`` of the fingertip, and ``beside``, the ports of the
+        pages of all, by name.
 
     Raises
     ------
@@ -124,7 +128,8 @@ def give_out(
 
             recorded = [source for source in sources if isinstance(source, Played)]
             pipeline.show_spikes()
-            serve(predictions, pipeline, *web, again if len(recorded) == len(sources) else None)
+            repeat = again if len(recorded) == len(sources) else None
+            serve(predictions, pipeline, *web, repeat, greeting or {})
         else:
             predictions = _require_any(predictions)
             if as_json:

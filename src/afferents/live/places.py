@@ -141,13 +141,15 @@ class LslStreams:
             dims.SHEAR: PARTS,
             dims.RA2: range(first.ra2.shape[1]),
         }
+        called = f"afferents {header['fingertip']}".rstrip()
+        source = header["fingertip"] or header["sensor"]
         self._outlets: dict[str, Any] = {}
         for name in header["units"]:
             of_name = labels.get(name, range(len(rest)))
             rate_hz = header["sample_rate_hz" if name == dims.RA2 else "fps_hz"]
             info = pylsl.StreamInfo(
-                f"afferents {name}", "Touch", len(of_name), rate_hz, "float32",
-                f"afferents-{header['sensor']}-{name}",
+                f"{called} {name}", "Touch", len(of_name), rate_hz, "float32",
+                f"afferents-{source}-{name}",
             )  # fmt: skip
             channels = info.desc().append_child("channels")
             for n, label in enumerate(of_name):

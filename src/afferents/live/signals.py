@@ -62,7 +62,9 @@ def signals_in(text: str | Sequence[str], has_sound: bool) -> list[str]:
     return names
 
 
-def give_signals(fingertip: Fingertip, names: Sequence[str], places: Sequence[Place]) -> None:
+def give_signals(
+    fingertip: Fingertip, names: Sequence[str], places: Sequence[Place], name: str = ""
+) -> None:
     """Run a fingertip until its sources end, and give its signals out.
 
     The header says which sensor it is, where its markers are at rest, the units, and of a camera
@@ -77,6 +79,8 @@ def give_signals(fingertip: Fingertip, names: Sequence[str], places: Sequence[Pl
         Of the signals, see `UNITS`.
     places
         Where they go; see `places.places_in`.
+    name
+        Of the fingertip, where there are several.
     """
     dropped = 0
     with fingertip, ExitStack() as opened:
@@ -86,7 +90,9 @@ def give_signals(fingertip: Fingertip, names: Sequence[str], places: Sequence[Pl
             dropped = touch.quality.dropped
             with stop_later():
                 for place in places[len(writers) :]:
-                    writers.append(place(_header(fingertip, touch, names), touch))
+                    writers.append(
+                        place({"fingertip": name} | _header(fingertip, touch, names), touch)
+                    )
                     opened.callback(writers[-1].close)
                 for writer in writers:
                     writer.write(touch, status)

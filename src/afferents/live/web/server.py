@@ -6,11 +6,12 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from urllib.parse import quote, urlsplit
 
@@ -34,6 +35,7 @@ def serve(
     port: int,
     token: str | None,
     again: Callable[[], Iterable[Prediction]] | None = None,
+    greeting: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
     """Show predictions on a page until the user stops.
 
@@ -47,13 +49,15 @@ def serve(
         As for `page_beside`.
     again
         Begins anew, for a visitor who asks for it when the source has ended; None where it can't.
+    greeting
+        What else visitors are told at first; see `outlets.give_out`.
 
     Raises
     ------
     InputError
         As `page_beside`.
     """
-    snapshots = Snapshots(pipeline)
+    snapshots = Snapshots(pipeline, greeting)
     snapshots.repeats = again is not None
     asked = threading.Event()
 

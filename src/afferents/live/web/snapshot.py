@@ -4,6 +4,8 @@ import json
 import math
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import cv2
@@ -64,14 +66,18 @@ class Snapshots(Shown, Newest):
     ----------
     pipeline
         Written by the stream's thread; only read here.
+    greeting
+        What else does not change; see `outlets.give_out`.
     """
 
     fresh_s = 0.025
 
-    def __init__(self, pipeline: LivePipeline) -> None:
+    def __init__(
+        self, pipeline: LivePipeline, greeting: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
         """Nothing has come yet."""
         super().__init__()
-        self._pipeline = pipeline
+        self._pipeline, self._greeting = pipeline, greeting
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self.ended: str | None = None
         self.repeats = False
@@ -85,6 +91,7 @@ class Snapshots(Shown, Newest):
                 {**reporter.introduce(), "channel": channel}
                 for channel, reporter in self._pipeline.reporters
             ],
+            **self._greeting,
         }
 
     def draw(self) -> tuple[str, bytes | None]:

@@ -27,10 +27,20 @@ function greet(hello) {
   $("title").textContent = classifying.length ? "What the fingertip recognises" : "What the sensor shows";
   $("rest").hidden = !hello.has_rest;
   if (hello.recording) $("title").textContent = "Recording";
+  showBeside(hello.name, Object.entries(hello.beside ?? {}));
   $("models").replaceChildren(...classifying.map((model) => {
     const view = modelView(model);
     models.set(model.model, view);
     return view.article;
+  }));
+}
+
+function showBeside(name, pages) { // of several fingertips, each on a port of its own
+  $("beside").hidden = !pages.length;
+  $("beside").replaceChildren(...pages.map(([other, port]) => {
+    const link = make("a", { textContent: other, href: Object.assign(new URL(location), { port }) });
+    if (other === name) link.setAttribute("aria-current", "page");
+    return link;
   }));
 }
 
