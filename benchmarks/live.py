@@ -2,6 +2,7 @@
 
     python benchmarks/live.py                       # latency of every model, and the whole chain
     python benchmarks/live.py --hours 8             # memory over hours of frames and sound
+    python benchmarks/live.py --large               # pictures of 1920 x 1080
 
 No models are needed: networks that have learnt nothing take as long. A recording of the rig is
 replayed at 90 frames/s; everything runs on one core, the decoder too, whose time is not counted: a
@@ -23,9 +24,12 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import av
+import cv2
 import numpy as np
 import torch
 
+import afferents
 from afferents.doctor import processor
 from afferents.encodings.settings import Encodings
 from afferents.live import (
@@ -72,14 +76,19 @@ def main() -> None:
     """Print a table for docs/performance.md."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--hours", type=float)
+    parser.add_argument("--large", action="store_true")
     arguments = parser.parse_args()
     print(f"{processor()}, Python {platform.python_version()}")
     with tempfile.TemporaryDirectory() as folder:
+        if arguments.large:
+            large_pictures(Path(folder))
+            return
         recording = Path(folder) / "3" / "50"
         record(Rig(), recording, "3", bumped_surface(3.0, Rig().drum), 50.0, SECONDS, seed=1)
         models = {name: untrained(name, Path(folder)) for name in MEASURED}
         if arguments.hours:
             memory(recording, models, arguments.hours)
+            memory_of_signals(recording, arguments.hours)
         else:
             latency(recording, models)
             parts(recording, models)
@@ -273,6 +282,76 @@ def memory(recording: Path, models: dict[str, Path], hours: float) -> None:
         if turn % max(1, n // 8) == 0 or turn == n - 1:
             print(f"{2 * (turn + 1) / 3600:6.2f} h: {resident_mb():.1f} MB resident", flush=True)
     print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.1f} MB")
+
+
+def large_pictures(folder: Path) -> None:
+    """How long a frame of 1920 x 1080 takes from MJPEG to signals, with 331 pins, on one core."""
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    rng, clip = np.random.default_rng(0), folder / "large.avi"
+    places = 2.25 * np.array(load_sensor("hex331").markers, float) + (240, 0)
+    with av.open(clip, "w") as out:
+        stream = out.add_stream("mjpeg", rate=120)
+        stream.width, stream.height, stream.pix_fmt = 1920, 1080, "yuvj420p"
+        stream.options = {"qscale": "3"}
+        for n in range(240):
+            image = np.full((1080, 1920), 20, np.uint8)
+            shift = np.array([6 * math.sin(n / 8), 3 * math.cos(n / 5) - 3]) * (n > 25)
+            for x, y in (16 * (places + shift)).round().astype(int).tolist():
+                cv2.circle(image, (x, y), 16 * 12, 255, -1, cv2.LINE_AA, 4)
+            image = cv2.GaussianBlur(image, (0, 0), 1.5) + rng.normal(0, 2, image.shape)
+            grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+            frame = av.VideoFrame.from_ndarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), "rgb24")
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode())
+    begun_s = time.process_time()
+    n = sum(1 for _ in open_video(clip).frames())
+    decoding_ms = 1000 * (time.process_time() - begun_s) / n
+    with afferents.stream(clip) as tip:
+        for number, touch in enumerate(tip):
+            touch.sa1, touch.ra1, touch.shear  # noqa: B018  as who reads all
+            if number == 60:  # it has begun; frames are decoded a constant number ahead
+                begun_s = time.process_time()
+            elif number == 200:
+                all_ms = 1000 * (time.process_time() - begun_s) / 140
+    print(f"1920 x 1080, 331 pins: {all_ms:.1f} ms a frame, {decoding_ms:.1f} of it for decoding")
+
+
+class Repeated:
+    """The same seconds again and again, as if a camera or a microphone went on."""
+
+    speed = math.inf
+
+    def __init__(self, events: list[Any], rate_hz: float, hours: float) -> None:
+        self.channel, self.rate_hz = events[0].channel, rate_hz
+        self._events, self._n = events, round(hours * 3600 / 2)
+
+    def events(self) -> Iterator[Any]:
+        """Yield them, and again."""
+        begun_s = self._events[0].time_s
+        for turn in range(self._n):
+            for event in self._events:
+                time_s = 2 * turn + event.time_s - begun_s
+                if isinstance(event, CameraFrame):
+                    yield event._replace(frame=event.frame._replace(time_s=time_s))
+                else:
+                    yield event._replace(time_s=time_s)
+
+    def close(self) -> None:
+        """There is no device."""
+
+
+def memory_of_signals(recording: Path, hours: float) -> None:
+    """Read touches for hours; print the memory in use."""
+    video, sound = sources(recording, math.inf)
+    frames = [e for e in video.events() if isinstance(e, CameraFrame)][200:380]
+    chunks = [e for e in sound.events() if isinstance(e, Sound)][300:500]
+    given = [Repeated(frames, 90.0, hours), Repeated(chunks, sound.rate_hz, hours)]
+    every = round(hours * 3600 * 90 / 8)
+    with Fingertip(given, load_sensor("tip_b")) as tip:
+        for n, touch in enumerate(tip, start=1):
+            touch.sa1, touch.ra1, touch.shear, touch.ra2  # noqa: B018  as who reads all
+            if n % every == 0 or n == every // 8:
+                print(f"signals, {n / 324000:6.2f} h: {resident_mb():.1f} MB resident", flush=True)
 
 
 def resident_mb() -> float:
