@@ -10,7 +10,14 @@ from scipy.spatial import cKDTree
 
 from afferents import dims
 from afferents.markers import kernel
-from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Lens, Sensor
+from afferents.markers.sensor import (
+    BlobDetector,
+    Detector,
+    DiscDetector,
+    Lens,
+    Picture,
+    Sensor,
+)
 from afferents.store.recording import GreyImage
 
 # Where discs are in one image, by their correlation with a drawn one.
@@ -25,13 +32,16 @@ FAINTEST = 6.0
 """A disc that stands out by fewer grey levels is noise."""
 TYPICAL = 0.8
 """Discs that correlate so well say what contrast is typical."""
+SMALLEST_PX, ENLARGED = 2.0, 4
+"""Discs of a smaller radius are looked for in the picture enlarged so many times: between them the
+skin is too narrow for the ring round a disc."""
 
 Image = NDArray[np.float32]
+Found = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
 
 
-def find_discs(
-    image: GreyImage, parameters: DiscDetector
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = Picture()) -> Found:
     """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
@@ -40,7 +50,15 @@ def find_discs(
     ----------
     image
         Grey image, shape (height, width), uint8.
+    within
+        Discs elsewhere are none, nor do they say what contrast is typical.
     """
+    if parameters.radius_px < SMALLEST_PX:
+        large = parameters.model_copy(update={"radius_px": ENLARGED * parameters.radius_px})
+        centre, area = find_discs(enlarged(image, ENLARGED), large)
+        centre = (centre + 0.5) / ENLARGED - 0.5
+        shown = within.shows(centre)
+        return centre[shown], area[shown] / ENLARGED**2
     disc, ring = _template(parameters.radius_px)
     if min(image.shape) < len(disc):
         return np.zeros((0, 2)), np.zeros(0)
@@ -50,6 +68,8 @@ def find_discs(
     match = _padded(correlation, image.shape)
     contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
     row, column = _peaks(match, parameters)
+    shown = within.shows(np.stack([column, row], axis=1))
+    row, column = row[shown], column[shown]
     height, score = contrast[row, column], match[row, column]
     typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
     stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
@@ -57,6 +77,12 @@ def find_discs(
     centre = _refined(image, peak, parameters.radius_px)
     apart = _best_only(centre, score[stands_out], parameters.radius_px)
     return centre[apart], np.full(int(apart.sum()), np.pi * parameters.radius_px**2)
+
+
+def enlarged(image: GreyImage, times: int) -> GreyImage:
+    """Return an image so many times as large, smoothly; (x, y) is at times * (x + 0.5) - 0.5."""
+    large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
+    return np.asarray(large, np.uint8)
 
 
 def _template(radius: float) -> tuple[Image, Image]:
@@ -127,17 +153,33 @@ def detect(image: GreyImage, sensor: Sensor) -> Positions:
     Positions
         Centres of the blobs, shape (n, 2), px, in no particular order; (0, 2) for none.
     """
-    return find_markers(image, sensor.detector)[0]
+    return find_markers(image, sensor)[0]
 
 
-def find_markers(image: GreyImage, detector: Detector) -> tuple[Positions, NDArray[np.float64]]:
-    """Find markers: their centres, shape (n, 2), px, and their areas, shape (n,), px^2."""
+def find_markers(image: GreyImage, sensor: Sensor) -> Found:
+    """Find markers where the sensor's picture shows it: centres, (n, 2), px, and areas, px^2."""
+    image, detector = without_shine(image, sensor.detector), sensor.detector
     if isinstance(detector, DiscDetector):
-        return find_discs(image, detector)
-    return find_blobs(image, detector)
+        return find_discs(image, detector, sensor.picture)
+    centre, area = find_blobs(image, detector)
+    shown = sensor.picture.shows(centre)
+    return centre[shown], area[shown]
 
 
-def find_blobs(image: GreyImage, parameters: BlobDetector) -> tuple[Positions, NDArray[np.float64]]:
+def without_shine(image: GreyImage, detector: Detector) -> GreyImage:
+    """Return an image without highlights in dark markers, or dark spots in bright ones.
+
+    A morphological opening (or closing), which leaves alone what is wider than `shine_px`; done
+    again it changes nothing.
+    """
+    if detector.shine_px is None:
+        return image
+    spot = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (detector.shine_px,) * 2)
+    how = cv2.MORPH_CLOSE if detector.blob_colour else cv2.MORPH_OPEN
+    return np.asarray(cv2.morphologyEx(image, how, spot), np.uint8)
+
+
+def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     """Find blobs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     The published method (preprocess/afferent_response.py). The area is that of a disc of the

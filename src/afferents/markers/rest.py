@@ -161,7 +161,8 @@ def seen_at_rest(picture: GreyImage, sensor: Sensor, n_still: int = 1) -> AtRest
     """Find markers in a picture at rest; `calibrate` and `track` both look by this."""
     found = detect(picture, sensor)
     beyond = beyond_layout(found)
-    faint, _ = find_markers(picture, sensor.detector.generous())
+    generous = sensor.model_copy(update={"detector": sensor.detector.generous()})
+    faint, _ = find_markers(picture, generous)
     return AtRest(found[~beyond], faint, found[beyond], n_still)
 
 

@@ -7,6 +7,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -26,6 +28,12 @@ from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
+# What is not given is left out of what is written down: stores and cards agree as before.
+ShinePx = Annotated[int | None, Field(ge=3, le=99, exclude_if=lambda px: px is None)]
+Circle = tuple[float, float, PositiveFloat]
+"""Middle in x and y, and radius, px."""
+FEWEST = 6
+"""Fewer markers than this are no layout."""
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
@@ -49,6 +57,8 @@ class BlobDetector(BaseModel):
         Area of a marker, px^2.
     min_circularity, min_convexity, min_inertia_ratio
         Shape, each from 0 to 1 (1 is a disc).
+    shine_px
+        As of a `DiscDetector`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -64,6 +74,7 @@ class BlobDetector(BaseModel):
     min_circularity: float = Field(ge=0, le=1)
     min_convexity: float = Field(ge=0, le=1)
     min_inertia_ratio: float = Field(ge=0, le=1)
+    shine_px: ShinePx = None
 
     @model_validator(mode="after")
     def _ranges_are_not_empty(self) -> Self:
@@ -92,6 +103,9 @@ class DiscDetector(BaseModel):
         With a drawn disc, from 0 to 1.
     min_contrast
         Of a marker, as a share of the typical one.
+    shine_px
+        Highlights in dark markers, or dark spots in bright ones, up to this width are taken out of
+        the picture before markers are looked for, px; None where markers have none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -100,6 +114,7 @@ class DiscDetector(BaseModel):
     radius_px: float = Field(ge=1.0, le=100.0)
     min_correlation: float = Field(default=0.6, gt=0, lt=1)
     min_contrast: float = Field(default=0.3, ge=0, lt=1)
+    shine_px: ShinePx = None
 
     def generous(self) -> Self:
         """Return one that takes fainter markers too, for where a layout expects them."""
@@ -151,6 +166,56 @@ class Lens(BaseModel):
         return self
 
 
+class Picture(BaseModel):
+    """Which part of the camera's picture shows the sensor, and which way up.
+
+    Attributes
+    ----------
+    keep
+        Markers are looked for in this circle only; None for the whole picture.
+    hide
+        In these circles none are looked for: lamps, screws, another skin.
+    turn
+        Degrees clockwise by which the picture must be turned to stand upright. Rows, columns and
+        the directions of displacements are of the upright picture, px of the camera's.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    keep: Circle | None = None
+    hide: tuple[Circle, ...] = ()
+    turn: Literal[0, 90, 180, 270] = 0
+
+    def shows(self, position: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Say which positions, shape (n, 2), px, lie where markers are looked for; shape (n,)."""
+        shown = np.ones(len(position), dtype=bool)
+        for x, y, radius in [self.keep] if self.keep else []:
+            shown &= np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius
+        for x, y, radius in self.hide:
+            shown &= np.hypot(position[:, 0] - x, position[:, 1] - y) > radius
+        return shown
+
+    def require_within(self, width: int | None, height: int | None) -> None:
+        """Refuse circles that no part of a picture of this size lies in.
+
+        Raises
+        ------
+        ValueError
+            Naming the circle and the size.
+        """
+        circles = [("keep", self.keep)] if self.keep else []
+        circles += [("hide", circle) for circle in self.hide]
+        for name, (x, y, radius) in circles:
+            off_x = max(-x, x - (width or math.inf), 0.0)
+            off_y = max(-y, y - (height or math.inf), 0.0)
+            if math.hypot(off_x, off_y) >= radius:
+                size = f"{width or 'any'} x {height or 'any'} px"
+                raise ValueError(
+                    f"{name} must be circles in the picture of {size}, not "
+                    f"[{x:g}, {y:g}, {radius:g}]"
+                )
+
+
 class Sensor(BaseModel):
     """A sensor as its file describes it.
 
@@ -178,6 +243,8 @@ class Sensor(BaseModel):
         A marker moves at most this far from one frame to the next, px.
     rest_frame
         Index of the video frame that shows the skin at rest; earlier frames are not tracked.
+    picture
+        Which part of the picture shows the sensor, and which way up.
     lens
         Its distortion is taken out of SA-I and RA-I; None leaves them as the picture shows them.
     """
@@ -187,7 +254,6 @@ class Sensor(BaseModel):
     name: str = Field(min_length=1)
     layout: Layout
     markers: tuple[tuple[float, float], ...] | None = None
-    # Left out of what is written down where it is not given: stores and cards agree as before.
     image: tuple[ImageSide, ImageSide] | None = Field(
         default=None, exclude_if=lambda image: image is None
     )
@@ -201,6 +267,7 @@ class Sensor(BaseModel):
     gate_px: float = Field(default=10.0, gt=0)
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
+    picture: Picture = Field(default=Picture(), exclude_if=lambda picture: picture == Picture())
     detector: Detector
 
     @field_validator("radius_px")
@@ -224,6 +291,15 @@ class Sensor(BaseModel):
             raise ValueError("a square layout needs rows and columns")
         elif self.n_markers != self.rows * self.columns:
             raise ValueError(f"n_markers must be rows x columns = {self.rows * self.columns}")
+        return self
+
+    @model_validator(mode="after")
+    def _masks_leave_markers(self) -> Self:
+        self.picture.require_within(self.width, self.height)
+        n = len(self.markers or ())
+        n_shown = int(self.picture.shows(np.array(self.markers)).sum()) if self.markers else FEWEST
+        if n_shown < min(FEWEST, n):
+            raise ValueError(f"keep and hide must leave {FEWEST} markers, not {n_shown} of {n}")
         return self
 
 
