@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
+from afferents.markers import kernel
 from afferents.markers.detect import (
     ENLARGED,
     Positions,
@@ -49,6 +50,9 @@ mere highlights in them."""
 SHINE_SHARE, SPACING_SHARE = 0.25, 1 / 15
 """Highlights in markers are looked for up to this share of the spacing, and where no guess says
 that, it is taken for this share of the picture's height."""
+SHINES = 0.2
+"""Markers have highlights where the middle of most differs from the rest of it by this share of
+their contrast: at least 0.27 measured, at most 0.09 where they have none."""
 EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
 """Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
 spread than the last is noise."""
@@ -62,12 +66,16 @@ neighbours apart."""
 
 
 class _Guess(NamedTuple):
-    """How markers may look: where these are found, (n, 2), their area, and how regular they are."""
+    """How markers may look, and what that finds, (n, 2).
 
+    The better the guess, the higher its score; `shines` says whether most have highlights.
+    """
+
+    found: Positions
     detector: Detector | None = None
-    found: Positions = np.zeros((0, 2))
     area_px2: float = 0.0
     score: float = 0.0
+    shines: bool = False
 
 
 def estimate_detector(
@@ -109,8 +117,9 @@ def estimate_detector(
     as_good = [guess for guess in guesses if guess.score >= AS_GOOD * best]
     as_good = [one for one in as_good if isinstance(one.detector, DiscDetector)] or as_good
     largest = max(guess.area_px2 for guess in as_good)
-    # The first is the one that was least done to.
-    chosen = next(one for one in as_good if one.area_px2 >= AS_LARGE * largest)
+    as_good = [one for one in as_good if one.area_px2 >= AS_LARGE * largest]
+    # The first is the one that was least done to; but what shines in the middle harms tracking.
+    chosen = next((one for one in as_good if one.shines), as_good[0])
     if chosen.detector is None or len(chosen.found) < FEWEST:
         part = "" if within == Picture() else " where --keep and --hide leave the picture"
         raise InputError(
@@ -161,7 +170,7 @@ def _guess(
     like = (area >= LIKE_SIZE[0] * typical) & (area <= LIKE_SIZE[1] * typical)
     centre = centre[like]
     if len(centre) < FEWEST:
-        return _Guess(found=centre)
+        return _Guess(centre)
     typical = float(np.median(area[like]))
     radius = max(1.0, (typical / np.pi) ** 0.5)
     detector: Detector = DiscDetector(
@@ -176,7 +185,22 @@ def _guess(
         }
         detector = any_blob.model_copy(update=limits)
         found, _ = find_markers(image, sensor.model_copy(update={"detector": detector}))
-    return _Guess(detector, found, typical, _regularity(centre) + _regularity(found))
+    agree = min(len(centre), len(found)) / max(len(centre), len(found))
+    score = agree * _regularity(found)
+    return _Guess(found, detector, typical, score, _shine(image, found, detector, radius))
+
+
+def _shine(image: GreyImage, found: Positions, detector: Detector, radius: float) -> bool:
+    """Say whether most markers' middles are another grey in the image than without highlights."""
+    if detector.shine_px is None or not len(found):
+        return False
+    x, y = np.rint(found).astype(int).T
+    plain = without_shine(image, detector)
+    half = np.full(len(found), round(radius + 1), np.int64)
+    skin, marker = np.empty((2, len(found)))
+    kernel.levels(plain, found, half, skin, marker)
+    shine = cv2.absdiff(image, plain)[y, x]
+    return bool(np.median(shine) > SHINES * np.median(np.abs(marker - skin)))
 
 
 def _regularity(position: Positions) -> float:
