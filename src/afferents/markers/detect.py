@@ -32,10 +32,6 @@ FAINTEST = 6.0
 """A disc that stands out by fewer grey levels is noise."""
 TYPICAL = 0.8
 """Discs that correlate so well say what contrast is typical."""
-SMALLEST_PX, ENLARGED = 2.0, 4
-"""Discs of a smaller radius are looked for in the picture enlarged so many times: between them the
-skin is too narrow for the ring round a disc."""
-
 Image = NDArray[np.float32]
 Found = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
@@ -53,12 +49,6 @@ def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = Pic
     within
         Discs elsewhere are none, nor do they say what contrast is typical.
     """
-    if parameters.radius_px < SMALLEST_PX:
-        large = parameters.model_copy(update={"radius_px": ENLARGED * parameters.radius_px})
-        centre, area = find_discs(enlarged(image, ENLARGED), large)
-        centre = (centre + 0.5) / ENLARGED - 0.5
-        shown = within.shows(centre)
-        return centre[shown], area[shown] / ENLARGED**2
     disc, ring = _template(parameters.radius_px)
     if min(image.shape) < len(disc):
         return np.zeros((0, 2)), np.zeros(0)
@@ -77,12 +67,6 @@ def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = Pic
     centre = _refined(image, peak, parameters.radius_px)
     apart = _best_only(centre, score[stands_out], parameters.radius_px)
     return centre[apart], np.full(int(apart.sum()), np.pi * parameters.radius_px**2)
-
-
-def enlarged(image: GreyImage, times: int) -> GreyImage:
-    """Return an image so many times as large, smoothly; (x, y) is at times * (x + 0.5) - 0.5."""
-    large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
-    return np.asarray(large, np.uint8)
 
 
 def _template(radius: float) -> tuple[Image, Image]:
@@ -158,12 +142,28 @@ def detect(image: GreyImage, sensor: Sensor) -> Positions:
 
 def find_markers(image: GreyImage, sensor: Sensor) -> Found:
     """Find markers where the sensor's picture shows it: centres, (n, 2), px, and areas, px^2."""
+    if (times := sensor.times) > 1:
+        centre, area = find_markers(enlarged(image, times), sensor.enlarged())
+        return scaled(centre, 1 / times), area / times**2
     image, detector = without_shine(image, sensor.detector), sensor.detector
     if isinstance(detector, DiscDetector):
         return find_discs(image, detector, sensor.picture)
     centre, area = find_blobs(image, detector)
     shown = sensor.picture.shows(centre)
     return centre[shown], area[shown]
+
+
+def enlarged(image: GreyImage, times: int) -> GreyImage:
+    """Return an image so many times as large, smoothly; `scaled` says where things are in it."""
+    if times == 1:
+        return image
+    large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
+    return np.asarray(large, np.uint8)
+
+
+def scaled(position: Positions, times: float) -> Positions:
+    """Return positions, (n, 2), px, in an image so many times as large."""
+    return position if times == 1 else times * (position + 0.5) - 0.5
 
 
 def without_shine(image: GreyImage, detector: Detector) -> GreyImage:
@@ -217,11 +217,11 @@ def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     return cv2.SimpleBlobDetector.create(cv)
 
 
-# Taking a lens's distortion out of marker positions.
+# Taking a lens's distortion and the camera's turn out of marker positions.
 
 
-def undistorted(tracks: xr.Dataset, lens: Lens | None) -> xr.Dataset:
-    """Return tracks as a lens without distortion would have shown them, in the same px.
+def upright_tracks(tracks: xr.Dataset, sensor: Sensor) -> xr.Dataset:
+    """Return tracks as an upright camera with a lens without distortion would have shown them, px.
 
     Only the positions change, after tracking: the pictures stay as they are, which costs nothing
     and blurs nothing.
@@ -230,17 +230,33 @@ def undistorted(tracks: xr.Dataset, lens: Lens | None) -> xr.Dataset:
     ----------
     tracks
         What `track` returns.
-    lens
-        None leaves them as they are.
+    sensor
+        Without a lens and a turn it leaves them as they are.
     """
-    if lens is None:
+    if sensor.lens is None and not sensor.picture.turn:
         return tracks
     return tracks.assign(
         {
-            name: tracks[name].copy(data=undistort(tracks[name].values, lens))
+            name: tracks[name].copy(data=upright(tracks[name].values, sensor))
             for name in (dims.POSITION, dims.REST_POSITION)
         }
     )
+
+
+def upright(position: Positions, sensor: Sensor) -> Positions:
+    """Return where points would be without the sensor's lens, and turned upright, (..., 2), px."""
+    return turned(undistort(position, sensor.lens), sensor)
+
+
+def turned(position: Positions, sensor: Sensor, back: bool = False) -> Positions:
+    """Return where points of the camera's picture are in the upright one, (..., 2), px; or back."""
+    quarters, size = sensor.picture.turn // 90, (sensor.width or 0, sensor.height or 0)
+    if back:
+        quarters, size = -quarters % 4, size[:: -1 if quarters % 2 else 1]
+    for _ in range(quarters):
+        position = np.stack([size[1] - 1 - position[..., 1], position[..., 0]], axis=-1)
+        size = size[::-1]
+    return position
 
 
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)

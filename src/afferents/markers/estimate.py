@@ -10,18 +10,19 @@ from scipy.spatial import cKDTree
 from afferents.errors import InputError
 from afferents.markers import kernel
 from afferents.markers.detect import (
-    ENLARGED,
     Positions,
     detect,
     enlarged,
     find_blobs,
     find_markers,
+    scaled,
     spacing_px,
     without_shine,
 )
 from afferents.markers.grid import find_grid
 from afferents.markers.rest import rest_images
 from afferents.markers.sensor import (
+    ENLARGED,
     FEWEST,
     BlobDetector,
     Detector,
@@ -121,11 +122,12 @@ def estimate_detector(
     # The first is the one that was least done to; but what shines in the middle harms tracking.
     chosen = next((one for one in as_good if one.shines), as_good[0])
     if chosen.detector is None or len(chosen.found) < FEWEST:
-        part = "" if within == Picture() else " where --keep and --hide leave the picture"
+        part, do = "", "give a sensor file that says what its markers look like"
+        if within.masks:
+            part, do = " where keep and hide leave the picture", "let these leave more of it"
         raise InputError(
             f"{where}: expected at least {FEWEST} bright or dark blobs of like size{part}, found "
-            f"{len(chosen.found)}{describe_no_light(image)}; give a sensor file that says what its "
-            "markers look like"
+            f"{len(chosen.found)}{describe_no_light(image)}; {do}"
         )
     return Sensor(
         name="estimated",
@@ -160,7 +162,7 @@ def _guess(
         shine_px=shine_px,
     )
     centre, area = find_blobs(enlarged(without_shine(picture, any_blob), times), any_blob)
-    centre, area = (centre + 0.5) / times - 0.5, area / times**2
+    centre, area = scaled(centre, 1 / times), area / times**2
     shown = within.shows(centre)
     centre, area = centre[shown], area[shown]
     if len(area):
@@ -176,7 +178,15 @@ def _guess(
     detector: Detector = DiscDetector(
         blob_colour=any_blob.blob_colour, radius_px=round(radius, 2), shine_px=shine_px
     )
-    sensor = Sensor(name="guessed", layout="free", picture=within, detector=detector)
+    height, width = image.shape
+    sensor = Sensor(
+        name="guessed",
+        layout="free",
+        width=width,
+        height=height,
+        picture=within,
+        detector=detector,
+    )
     found, _ = find_markers(image, sensor)
     if len(found) < MOST_DISCS * len(centre):
         limits = {
@@ -261,9 +271,10 @@ def _forms_grid_of(blobs: Positions, sensor: Sensor) -> bool:
 
 def looks(detector: Detector) -> str:
     """Say what markers look like."""
+    shine = f" with highlights of up to {detector.shine_px} px" if detector.shine_px else ""
     if isinstance(detector, DiscDetector):
-        return f"discs of {detector.radius_px:g} px radius"
-    return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2"
+        return f"discs of {detector.radius_px:g} px radius{shine}"
+    return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2{shine}"
 
 
 def _evened(image: GreyImage) -> GreyImage:

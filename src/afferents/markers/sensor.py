@@ -36,6 +36,9 @@ FEWEST = 6
 """Fewer markers than this are no layout."""
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
+SMALL_PX, ENLARGED = 2.0, 4
+"""Discs of a smaller radius are found and followed in the picture enlarged so many times: there are
+too few px of them, and of the skin between them, for a centroid."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -195,25 +198,31 @@ class Picture(BaseModel):
             shown &= np.hypot(position[:, 0] - x, position[:, 1] - y) > radius
         return shown
 
-    def require_within(self, width: int | None, height: int | None) -> None:
-        """Refuse circles that no part of a picture of this size lies in.
+    def enlarged(self, times: int) -> Self:
+        """Return the same for a picture so many times as large."""
 
-        Raises
-        ------
-        ValueError
-            Naming the circle and the size.
+        def larger(x: float, y: float, radius: float) -> Circle:
+            return times * (x + 0.5) - 0.5, times * (y + 0.5) - 0.5, times * radius
+
+        keep = larger(*self.keep) if self.keep else None
+        hide = tuple(larger(*circle) for circle in self.hide)
+        return self.model_copy(update={"keep": keep, "hide": hide})
+
+    @property
+    def masks(self) -> list[tuple[str, Circle]]:
+        """Its circles, each with its key."""
+        return [("keep", self.keep)] * bool(self.keep) + [("hide", one) for one in self.hide]
+
+    def misplaced(self, width: float, height: float) -> str:
+        """Say which circle lies beside a picture of this size, and what was expected; or nothing.
+
+        Either side may be infinite.
         """
-        circles = [("keep", self.keep)] if self.keep else []
-        circles += [("hide", circle) for circle in self.hide]
-        for name, (x, y, radius) in circles:
-            off_x = max(-x, x - (width or math.inf), 0.0)
-            off_y = max(-y, y - (height or math.inf), 0.0)
-            if math.hypot(off_x, off_y) >= radius:
-                size = f"{width or 'any'} x {height or 'any'} px"
-                raise ValueError(
-                    f"{name} must be circles in the picture of {size}, not "
-                    f"[{x:g}, {y:g}, {radius:g}]"
-                )
+        for name, (x, y, radius) in self.masks:
+            if math.hypot(x - min(max(x, 0), width), y - min(max(y, 0), height)) >= radius:
+                size, found = f"{width:g} x {height:g} px", f"[{x:g}, {y:g}, {radius:g}]"
+                return f"{name}: expected a circle in the picture of {size}, found {found}"
+        return ""
 
 
 class Sensor(BaseModel):
@@ -293,9 +302,30 @@ class Sensor(BaseModel):
             raise ValueError(f"n_markers must be rows x columns = {self.rows * self.columns}")
         return self
 
+    @property
+    def times(self) -> int:
+        """How much the picture is enlarged to find and follow markers: small discs need it."""
+        small = isinstance(self.detector, DiscDetector) and self.detector.radius_px < SMALL_PX
+        return ENLARGED if small else 1
+
+    def enlarged(self) -> Self:
+        """Return the sensor in a picture `times` as large, to find markers in."""
+        times, shine_px = self.times, self.detector.shine_px
+        assert isinstance(self.detector, DiscDetector)
+        larger = {
+            "radius_px": times * self.detector.radius_px,
+            "shine_px": times * shine_px + 1 if shine_px else None,
+        }
+        detector = self.detector.model_copy(update=larger)
+        picture = self.picture.enlarged(times)
+        return self.model_copy(update={"detector": detector, "picture": picture})
+
     @model_validator(mode="after")
-    def _masks_leave_markers(self) -> Self:
-        self.picture.require_within(self.width, self.height)
+    def _picture_shows_markers(self) -> Self:
+        if fault := self.picture.misplaced(self.width or math.inf, self.height or math.inf):
+            raise ValueError(fault)
+        if self.picture.turn and None in (self.width, self.height):
+            raise ValueError("a picture that is turned needs width and height")
         n = len(self.markers or ())
         n_shown = int(self.picture.shows(np.array(self.markers)).sum()) if self.markers else FEWEST
         if n_shown < min(FEWEST, n):

@@ -73,7 +73,9 @@ def at_rest(look: Look) -> np.ndarray:
         share = np.clip(look.radius + 0.5 - away, 0, 1)
         picture += share * (look.skin + contrast - picture)
         if look.spot:
-            picture -= contrast * np.clip(look.spot + 0.5 - np.hypot(x - middle[0], y - middle[1]), 0, 1)
+            picture -= contrast * np.clip(
+                look.spot + 0.5 - np.hypot(x - middle[0], y - middle[1]), 0, 1
+            )
     return cv2.GaussianBlur(picture, (0, 0), 0.6)
 
 
@@ -94,10 +96,14 @@ def made(look: Look) -> tuple[MemoryVideo, np.ndarray]:
     for index in range(N_FRAMES):
         time = max(0, index - AT_REST) / (N_FRAMES - AT_REST) * 2 * np.pi
         came = grid - way(look, grid.astype(float), time)
-        image = cv2.remap(skin, came.astype(np.float32), None, cv2.INTER_CUBIC, None, cv2.BORDER_REPLICATE)
+        image = cv2.remap(
+            skin, came.astype(np.float32), None, cv2.INTER_CUBIC, None, cv2.BORDER_REPLICATE
+        )
         lit = np.exp(-(((grid - (80 + 5 * index, 100)) / 80.0) ** 2).sum(axis=-1))
         image = image * (1 + 0.25 * np.sin(time / 2) * lit) + rng.normal(0, NOISE, look.shape)
-        _, coded = cv2.imencode(".jpg", np.clip(image, 0, 255).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+        _, coded = cv2.imencode(
+            ".jpg", np.clip(image, 0, 255).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, QUALITY]
+        )
         images.append(cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE))
         place = rest
         for _ in range(20):
@@ -111,10 +117,20 @@ def test_dots_of_any_look_are_found_followed_and_kept_in_order(name, tmp_path):
     video, truth = made(LOOKS[name])
     (tmp_path / "made.toml").write_text(sensor_toml(calibrate_from_clips(video, "made").sensor))
     sensor = load_sensor(tmp_path / "made.toml")
-    assert (sensor.layout, sensor.rows, sensor.columns) == ("square", LOOKS[name].rows, LOOKS[name].columns)
+    assert (sensor.layout, sensor.rows, sensor.columns) == (
+        "square",
+        LOOKS[name].rows,
+        LOOKS[name].columns,
+    )
     tracks = track_markers(video, sensor)
     off = np.hypot(*np.moveaxis(tracks[dims.POSITION].values - truth, -1, 0))
-    print(name, sensor.detector, tracks[dims.DETECTED].values.mean(), np.sqrt((off**2).mean()), off.max())
+    print(
+        name,
+        sensor.detector,
+        tracks[dims.DETECTED].values.mean(),
+        np.sqrt((off**2).mean()),
+        off.max(),
+    )
     assert tracks[dims.DETECTED].all()
     assert off.max() < LOOKS[name].spacing / 2
     assert np.sqrt((off**2).mean()) < 0.3
