@@ -21,7 +21,7 @@ from afferents.markers.rest import (
     seen_at_rest,
     still_picture,
 )
-from afferents.markers.sensor import Picture, Sensor
+from afferents.markers.sensor import WHOLE, Picture, Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
 from afferents.quality.image import ImageQuality, measure_image_quality
@@ -87,7 +87,7 @@ class Followed:
     still: NDArray[np.bool_]
 
 
-def look_at_rest(video: Video, within: Picture = Picture()) -> Clip:
+def look_at_rest(video: Video, within: Picture = WHOLE) -> Clip:
     """Find out how the markers of a clip look, and where they are at rest.
 
     Parameters
@@ -217,7 +217,7 @@ def calibrate_from_clips(
     video: Video | Sequence[Video],
     name: str,
     pitch_mm: float | None = None,
-    picture: Picture = Picture(),
+    picture: Picture = WHOLE,
 ) -> Calibration:
     """Find out how a sensor's markers look and what layout they form, from clips at rest.
 

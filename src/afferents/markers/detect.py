@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from afferents import dims
 from afferents.markers import kernel
 from afferents.markers.sensor import (
+    WHOLE,
     BlobDetector,
     Detector,
     DiscDetector,
@@ -37,7 +38,7 @@ Found = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
 
 
-def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = Picture()) -> Found:
+def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHOLE) -> Found:
     """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
@@ -250,12 +251,13 @@ def upright(position: Positions, sensor: Sensor) -> Positions:
 
 def turned(position: Positions, sensor: Sensor, back: bool = False) -> Positions:
     """Return where points of the camera's picture are in the upright one, (..., 2), px; or back."""
-    quarters, size = sensor.picture.turn // 90, (sensor.width or 0, sensor.height or 0)
+    quarters, width, height = sensor.picture.turn // 90, sensor.width or 0, sensor.height or 0
     if back:
-        quarters, size = -quarters % 4, size[:: -1 if quarters % 2 else 1]
-    for _ in range(quarters):
-        position = np.stack([size[1] - 1 - position[..., 1], position[..., 0]], axis=-1)
-        size = size[::-1]
+        width, height = (height, width) if quarters % 2 else (width, height)
+        quarters = 4 - quarters
+    for _ in range(quarters % 4):
+        position = np.stack([height - 1 - position[..., 1], position[..., 0]], axis=-1)
+        width, height = height, width
     return position
 
 

@@ -24,6 +24,7 @@ from afferents.markers.rest import rest_images
 from afferents.markers.sensor import (
     ENLARGED,
     FEWEST,
+    WHOLE,
     BlobDetector,
     Detector,
     DiscDetector,
@@ -38,16 +39,16 @@ from afferents.store.recording import GreyImage, Video
 SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 30
 """Areas that a marker may have: least in px^2, most as a share of the image."""
 SMALL_PICTURE_PX = 200
-"""Less high or wide pictures are enlarged to look for blobs: dots of 1.4 px radius are too few px."""
+"""Less high or wide pictures are enlarged to look for blobs: small ones have no shape."""
 LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
 MOST_DISCS = 0.8
 """Markers are described as discs where so many discs are found for the blobs."""
 LIKE_SPACING, AS_GOOD, AS_LARGE = 0.25, 0.85, 0.5
-"""Spacings of a regular layout differ by this share of their median at most. Guesses with this share
-of the best one's score are as good; of these, blobs of this share of the largest's area are not
-mere highlights in them."""
+"""In a regular layout the next marker is as far as in the median, but for this share. Guesses with
+this share of the best one's score are as good; of these, blobs with this share of the area of the
+largest are no mere highlights in them."""
 SHINE_SHARE, SPACING_SHARE = 0.25, 1 / 15
 """Highlights in markers are looked for up to this share of the spacing, and where no guess says
 that, it is taken for this share of the picture's height."""
@@ -80,7 +81,7 @@ class _Guess(NamedTuple):
 
 
 def estimate_detector(
-    image: GreyImage, where: object = "the image", within: Picture = Picture()
+    image: GreyImage, where: object = "the image", within: Picture = WHOLE
 ) -> Sensor:
     """Guess from an image how its markers are to be found.
 

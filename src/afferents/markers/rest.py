@@ -212,14 +212,14 @@ def find_rest_markers(
     if n_found == 0 or few_left or not _plausible(n_found, sensor, method, led):
         near = n_found and _plausible(n_found, sensor, method, led=True)
         do = (
-            "let keep and hide in the sensor file leave more of the picture"
-            if few_left
-            else "the tracker 'published' needs a reference clip that shows all of them; use another "
+            "the tracker 'published' needs a reference clip that shows all of them; use another "
             "tracker"
             if near
             else "a run must begin with the skin at rest: check its first picture, name a later "
             "frame at rest as rest_frame in session.toml, or give a sensor file that fits it"
         )
+        if few_left:
+            do = "let keep and hide in the sensor file leave more of the picture"
         raise InputError(
             f"{where}: expected {sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in "
             f"frame {sensor.rest_frame}, found {n_found}{describe_no_light(image)}; {do}"
@@ -305,10 +305,11 @@ def order_markers(
 ) -> RestMarkers:
     """Bring the rest frame's markers into the order that they keep, and place them in the grid.
 
-    ``windowed`` and ``one-to-one`` order a square layout by row, then column, upright, so that marker n
-    is the same in every recording without a reference. Other layouts follow the sensor file's
-    `markers`, wherever the picture is turned, and some may be missing; without them `reference`,
-    each reference marker getting a marker of its own; and without that the order by y, then x.
+    ``windowed`` and ``one-to-one`` order a square layout by row, then column, of the upright
+    picture, so that marker n is the same in every recording without a reference. Other layouts
+    follow the sensor file's `markers`, wherever the picture is rolled, and some may be missing;
+    without them `reference`, each reference marker getting a marker of its own; and without that
+    the order by y, then x.
 
     ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
     this video, be it taken already or not, and the reference's own position where none lies within

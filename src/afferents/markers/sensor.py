@@ -192,10 +192,9 @@ class Picture(BaseModel):
     def shows(self, position: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Say which positions, shape (n, 2), px, lie where markers are looked for; shape (n,)."""
         shown = np.ones(len(position), dtype=bool)
-        for x, y, radius in [self.keep] if self.keep else []:
-            shown &= np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius
-        for x, y, radius in self.hide:
-            shown &= np.hypot(position[:, 0] - x, position[:, 1] - y) > radius
+        for key, (x, y, radius) in self.masks:
+            inside = np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius
+            shown &= inside if key == "keep" else ~inside
         return shown
 
     def enlarged(self, times: int) -> Self:
@@ -211,7 +210,8 @@ class Picture(BaseModel):
     @property
     def masks(self) -> list[tuple[str, Circle]]:
         """Its circles, each with its key."""
-        return [("keep", self.keep)] * bool(self.keep) + [("hide", one) for one in self.hide]
+        kept = [("keep", self.keep)] if self.keep else []
+        return kept + [("hide", circle) for circle in self.hide]
 
     def misplaced(self, width: float, height: float) -> str:
         """Say which circle lies beside a picture of this size, and what was expected; or nothing.
@@ -223,6 +223,10 @@ class Picture(BaseModel):
                 size, found = f"{width:g} x {height:g} px", f"[{x:g}, {y:g}, {radius:g}]"
                 return f"{name}: expected a circle in the picture of {size}, found {found}"
         return ""
+
+
+WHOLE = Picture()
+"""All of a picture that stands upright."""
 
 
 class Sensor(BaseModel):
@@ -276,7 +280,7 @@ class Sensor(BaseModel):
     gate_px: float = Field(default=10.0, gt=0)
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
-    picture: Picture = Field(default=Picture(), exclude_if=lambda picture: picture == Picture())
+    picture: Picture = Field(default=WHOLE, exclude_if=lambda picture: picture == WHOLE)
     detector: Detector
 
     @field_validator("radius_px")

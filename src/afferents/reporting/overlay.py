@@ -67,7 +67,7 @@ def write_overlay(
             image = frame.in_colour() if frame.in_colour else frame.image
             picture = draw_overlay(image, last, detected, index)
             for key, (x, y, radius) in masks:
-                middle = _points(np.array([x, y]))
+                middle = _points(np.array([x, y])).tolist()
                 size = round(ENLARGED * radius * (1 << _SUBPIXEL_BITS))
                 colour = _WHITE if key == "keep" else _RED
                 cv2.circle(picture, middle, size, colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)

@@ -1,6 +1,6 @@
 """Fingertips that are no TacTip: found, followed and kept in order with nothing set by hand."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from afferents import dims
 from afferents.errors import InputError
 from afferents.markers.calibrate import calibrate_from_clips, sensor_toml
+from afferents.markers.detect import spacing_px, upright_tracks
 from afferents.markers.sensor import Picture, load_sensor
 from afferents.markers.track import track_markers
 from afferents.recordings.video import open_clip
@@ -124,13 +125,79 @@ def test_dots_of_any_look_are_found_followed_and_kept_in_order(name, tmp_path):
     )
     tracks = track_markers(video, sensor)
     off = np.hypot(*np.moveaxis(tracks[dims.POSITION].values - truth, -1, 0))
-    print(
-        name,
-        sensor.detector,
-        tracks[dims.DETECTED].values.mean(),
-        np.sqrt((off**2).mean()),
-        off.max(),
-    )
     assert tracks[dims.DETECTED].all()
     assert off.max() < LOOKS[name].spacing / 2
     assert np.sqrt((off**2).mean()) < 0.3
+
+
+def test_two_fields_of_dots_in_one_picture_are_two_sensors():
+    """As of two mirrors: each moves by itself, and more than half a spacing from the other."""
+    look = LOOKS["plain"]
+    near, near_truth = made(replace(look, rows=6, columns=6, moves=0.6))
+    far, far_truth = made(replace(look, rows=6, columns=6, moves=-0.6))
+    both = MemoryVideo([np.hstack(pair) for pair in zip(near.images, far.images, strict=True)])
+    for left, truth in ((0, near_truth), (look.shape[1], far_truth)):
+        keep = Picture(keep=(left + look.shape[1] / 2, look.shape[0] / 2, 150))
+        sensor = calibrate_from_clips(both, "mirror", picture=keep).sensor
+        tracks = track_markers(both, sensor)
+        off = np.hypot(*np.moveaxis(tracks[dims.POSITION].values - truth - (left, 0), -1, 0))
+        assert off.max() < 1
+        assert np.sqrt((off**2).mean()) < 0.3
+
+
+def test_lamps_and_screws_are_hidden_from_calibration_and_tracking():
+    look = LOOKS["plain"]
+    video, truth = made(look)
+    rest = places(look)
+    lamps = [rest[n] + look.spacing / 2 for n in (9, 21)]
+    for image in video.images:
+        for x, y in lamps:
+            cv2.circle(image, (round(x), round(y)), 7, 30, -1, cv2.LINE_AA)
+    hide = tuple((float(x), float(y), 8.0) for x, y in lamps)
+    sensor = calibrate_from_clips(video, "made", picture=Picture(hide=hide)).sensor
+    assert (sensor.rows, sensor.columns) == (look.rows, look.columns)
+    off = np.hypot(*np.moveaxis(track_markers(video, sensor)[dims.POSITION].values - truth, -1, 0))
+    assert np.sqrt((off**2).mean()) < 0.3
+
+
+@pytest.mark.parametrize("turn", [90, 180, 270])
+def test_a_camera_on_its_side_gives_the_upright_rows_columns_and_directions(turn):
+    look = replace(LOOKS["plain"], columns=5)
+    video, truth = made(look)
+    lying = MemoryVideo([np.ascontiguousarray(np.rot90(one, turn // 90)) for one in video.images])
+    sensor = calibrate_from_clips(lying, "made", picture=Picture(turn=turn)).sensor
+    assert (sensor.rows, sensor.columns) == (look.rows, look.columns)
+    tracks = track_markers(lying, sensor)
+    np.testing.assert_array_equal(tracks[dims.ROW], np.repeat(range(6), 5))
+    upright = upright_tracks(tracks, sensor)
+    off = np.hypot(*np.moveaxis(upright[dims.POSITION].values - truth, -1, 0))
+    assert np.sqrt((off**2).mean()) < 0.3
+
+
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="no clips at ../shared/datasets/other_sensors")
+@pytest.mark.parametrize(
+    ("name", "n", "most_px"),
+    [("mini_plain", 63, 0.3), ("mini_shiny", 63, 0.3), ("chengj", 64, 0.3), ("big", 12, 0.35)],
+)
+def test_warped_pictures_of_real_gels_are_followed(name, n, most_px):
+    """Displacements, since what is the middle of a real dot is a matter of taste by 0.5 px."""
+    clip = open_clip(CLIPS / f"{name}.avi", 25.0)
+    sensor = calibrate_from_clips(clip, name).sensor
+    assert (sensor.layout, sensor.n_markers) == ("square", n)
+    tracks = track_markers(clip, sensor)
+    assert tracks[dims.DETECTED].all()
+    truth = np.load(CLIPS / f"{name}_truth.npz")["position"]
+    own = cKDTree(truth[0]).query(tracks[dims.REST_POSITION])[1]
+    assert len(set(own)) == n
+    way = (tracks[dims.POSITION] - tracks[dims.REST_POSITION]).values
+    off = np.hypot(*np.moveaxis(way - (truth - truth[0])[: len(way), own], -1, 0))
+    assert np.median(off) < most_px
+    assert off.max() < spacing_px(truth[0]) / 2
+
+
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="no clips at ../shared/datasets/other_sensors")
+def test_a_real_gel_is_found_whole_and_one_without_dots_is_refused():
+    found = calibrate_from_clips(open_clip(CLIPS / "gelsight_mini_real.avi", 25.0), "mini")
+    assert (found.sensor.rows, found.sensor.columns, found.n_again) == (7, 10, 70)
+    with pytest.raises(InputError, match=r"expected at least 6 bright or dark blobs"):
+        calibrate_from_clips(open_clip(CLIPS / "mini_without_markers.mp4", 25.0), "plain")
