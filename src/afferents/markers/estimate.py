@@ -14,7 +14,6 @@ from afferents.markers.detect import (
     detect,
     enlarged,
     find_blobs,
-    find_markers,
     scaled,
     spacing_px,
     without_shine,
@@ -55,9 +54,6 @@ that, it is taken for this share of the picture's height."""
 SHINES = 0.2
 """Markers have highlights where the middle of most differs from the rest of it by this share of
 their contrast: at least 0.27 measured, at most 0.09 where they have none."""
-EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
-"""Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
-spread than the last is noise."""
 LEAST_OVER_NOISE = 7.0
 """A blob differs from the skin by so many standard deviations of what noise alone leaves: in
 pictures of white noise at most 4.3 were measured, of drawn markers in noise 36 or more."""
@@ -68,13 +64,13 @@ neighbours apart."""
 
 
 class _Guess(NamedTuple):
-    """How markers may look, and what that finds, (n, 2).
+    """A sensor that markers may be those of, and what that finds, (n, 2).
 
     The better the guess, the higher its score; `shines` says whether most have highlights.
     """
 
+    sensor: Sensor
     found: Positions
-    detector: Detector | None = None
     area_px2: float = 0.0
     score: float = 0.0
     shines: bool = False
@@ -85,10 +81,9 @@ def estimate_detector(
 ) -> Sensor:
     """Guess from an image how its markers are to be found.
 
-    Blobs of any size and brightness are looked for: bright ones and dark ones, in the image, in the
-    same with its light evened, and without highlights. Markers stand as far from one another as
-    their neighbours do, so those are taken that are many and regular, not those that are most;
-    specks, scratches and noise may be more.
+    Blobs of any size are looked for: bright and dark ones, with and without highlights in them.
+    Those are taken that are many and equally far from one another, not those that are most: specks,
+    scratches and noise may be more.
 
     Parameters
     ----------
@@ -109,20 +104,19 @@ def estimate_detector(
     InputError
         If there are fewer than `FEWEST` blobs of like size.
     """
-    pictures = [image, _evened(image)]
-    guesses = [_guess(image, one, colour, within) for one in pictures for colour in (255, 0)]
+    guesses = [_guess(image, colour, within) for colour in (255, 0)]
     spacing = spacing_px(max(guesses, key=lambda guess: guess.score).found)
     spacing = spacing if spacing > 0 else SPACING_SHARE * image.shape[0]
     shine_px = max(3, 2 * round(SHINE_SHARE * spacing / 2) + 1)
-    guesses += [_guess(image, image, colour, within, shine_px) for colour in (255, 0)]
+    guesses += [_guess(image, colour, within, shine_px) for colour in (255, 0)]
     best = max(guess.score for guess in guesses)
     as_good = [guess for guess in guesses if guess.score >= AS_GOOD * best]
-    as_good = [one for one in as_good if isinstance(one.detector, DiscDetector)] or as_good
+    as_good = [one for one in as_good if isinstance(one.sensor.detector, DiscDetector)] or as_good
     largest = max(guess.area_px2 for guess in as_good)
     as_good = [one for one in as_good if one.area_px2 >= AS_LARGE * largest]
-    # The first is the one that was least done to; but what shines in the middle harms tracking.
+    # What shines in the middle harms tracking; what does not is left as it is.
     chosen = next((one for one in as_good if one.shines), as_good[0])
-    if chosen.detector is None or len(chosen.found) < FEWEST:
+    if not best or len(chosen.found) < FEWEST:
         part, do = "", "give a sensor file that says what its markers look like"
         if within.masks:
             part, do = " where keep and hide leave the picture", "let these leave more of it"
@@ -130,25 +124,12 @@ def estimate_detector(
             f"{where}: expected at least {FEWEST} bright or dark blobs of like size{part}, found "
             f"{len(chosen.found)}{describe_no_light(image)}; {do}"
         )
-    return Sensor(
-        name="estimated",
-        layout="free",
-        height=image.shape[0],
-        width=image.shape[1],
-        radius_px=None,
-        gate_px=round(GATE_SHARE * spacing_px(chosen.found), 1),
-        picture=within,
-        detector=chosen.detector,
-    )
+    gate_px = round(GATE_SHARE * spacing_px(chosen.found), 1)
+    return chosen.sensor.model_copy(update={"gate_px": gate_px})
 
 
-def _guess(
-    image: GreyImage, picture: GreyImage, colour: int, within: Picture, shine_px: int | None = None
-) -> _Guess:
-    """Describe the blobs of a colour in a picture so that they are found in the image.
-
-    As discs, whatever the light; as blobs where many are none (cut, long, or ragged).
-    """
+def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None = None) -> _Guess:
+    """Describe the blobs of a colour: as discs, or as blobs where many are cut, long, or ragged."""
     times = ENLARGED if min(image.shape) < SMALL_PICTURE_PX else 1
     any_blob = BlobDetector(
         blob_colour=255 if colour else 0,
@@ -162,63 +143,56 @@ def _guess(
         min_inertia_ratio=0.3,
         shine_px=shine_px,
     )
-    centre, area = find_blobs(enlarged(without_shine(picture, any_blob), times), any_blob)
+    sensor = Sensor(
+        name="estimated",
+        layout="free",
+        height=image.shape[0],
+        width=image.shape[1],
+        radius_px=None,
+        picture=within,
+        detector=any_blob,
+    )
+    centre, area = find_blobs(enlarged(without_shine(image, any_blob), times), any_blob)
     centre, area = scaled(centre, 1 / times), area / times**2
     shown = within.shows(centre)
     centre, area = centre[shown], area[shown]
     if len(area):
         real = _stands_out(image, centre, float(np.sqrt(np.median(area) / np.pi)))
         centre, area = centre[real], area[real]
-    typical = float(np.median(area)) if len(area) else 0.0
+    typical = np.median(area) if len(area) else 0.0
     like = (area >= LIKE_SIZE[0] * typical) & (area <= LIKE_SIZE[1] * typical)
-    centre = centre[like]
+    centre, area = centre[like], area[like]
     if len(centre) < FEWEST:
-        return _Guess(centre)
-    typical = float(np.median(area[like]))
+        return _Guess(sensor, centre)
+    typical = float(np.median(area))
     radius = max(1.0, (typical / np.pi) ** 0.5)
-    detector: Detector = DiscDetector(
+    discs = DiscDetector(
         blob_colour=any_blob.blob_colour, radius_px=round(radius, 2), shine_px=shine_px
     )
-    height, width = image.shape
-    sensor = Sensor(
-        name="guessed",
-        layout="free",
-        width=width,
-        height=height,
-        picture=within,
-        detector=detector,
-    )
-    found, _ = find_markers(image, sensor)
+    least, most = (round(share * typical, 1) for share in LIKE_SIZE)
+    blobs = any_blob.model_copy(update={"min_area_px2": least, "max_area_px2": most})
+    sensor = sensor.model_copy(update={"detector": discs})
+    found = detect(image, sensor)
     if len(found) < MOST_DISCS * len(centre):
-        limits = {
-            "min_area_px2": round(LIKE_SIZE[0] * typical, 1),
-            "max_area_px2": round(LIKE_SIZE[1] * typical, 1),
-        }
-        detector = any_blob.model_copy(update=limits)
-        found, _ = find_markers(image, sensor.model_copy(update={"detector": detector}))
+        sensor = sensor.model_copy(update={"detector": blobs})
+        found = detect(image, sensor)
     agree = min(len(centre), len(found)) / max(len(centre), len(found))
-    score = agree * _regularity(found)
-    return _Guess(found, detector, typical, score, _shine(image, found, detector, radius))
+    shines = shine_px is not None and len(found) > 0 and _shine(image, found, discs)
+    return _Guess(sensor, found, typical, agree * _regularity(found), shines)
 
 
-def _shine(image: GreyImage, found: Positions, detector: Detector, radius: float) -> bool:
+def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
     """Say whether most markers' middles are another grey in the image than without highlights."""
-    if detector.shine_px is None or not len(found):
-        return False
-    x, y = np.rint(found).astype(int).T
-    plain = without_shine(image, detector)
-    half = np.full(len(found), round(radius + 1), np.int64)
+    plain = without_shine(image, discs)
     skin, marker = np.empty((2, len(found)))
-    kernel.levels(plain, found, half, skin, marker)
+    kernel.levels(plain, found, np.full(len(found), round(discs.radius_px + 1)), skin, marker)
+    x, y = np.rint(found).astype(int).T
     shine = cv2.absdiff(image, plain)[y, x]
     return bool(np.median(shine) > SHINES * np.median(np.abs(marker - skin)))
 
 
 def _regularity(position: Positions) -> float:
-    """Return how many positions there are, less those whose nearest is not as far as most others'.
-
-    The number, by the square of the share that stand in regular distances.
-    """
+    """Return how many there are, times the squared share of those at the usual distance."""
     if len(position) < FEWEST:
         return 0.0
     distance = cKDTree(position).query(position, k=2)[0][:, 1]
@@ -276,18 +250,6 @@ def looks(detector: Detector) -> str:
     if isinstance(detector, DiscDetector):
         return f"discs of {detector.radius_px:g} px radius{shine}"
     return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2{shine}"
-
-
-def _evened(image: GreyImage) -> GreyImage:
-    """Return a picture whose brightness and contrast are everywhere alike, without its noise.
-
-    Small faint markers differ by fewer grey levels than the steps at which blobs are cut.
-    """
-    grey = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 1.0)
-    around = image.shape[0] / EVEN_SHARE
-    off = grey - cv2.GaussianBlur(grey, (0, 0), around)
-    spread = np.sqrt(cv2.GaussianBlur(off**2, (0, 0), around)) + LEAST_SPREAD
-    return np.asarray(np.clip(128 + EVEN_GREY * off / spread, 0, 255), np.uint8)
 
 
 def _stands_out(image: GreyImage, centre: Positions, radius: float) -> NDArray[np.bool_]:
