@@ -330,10 +330,10 @@ class Sensor(BaseModel):
             raise ValueError(fault)
         if self.picture.turn and None in (self.width, self.height):
             raise ValueError("a picture that is turned needs width and height")
-        n = len(self.markers or ())
-        n_shown = int(self.picture.shows(np.array(self.markers)).sum()) if self.markers else FEWEST
-        if n_shown < min(FEWEST, n):
-            raise ValueError(f"keep and hide must leave {FEWEST} markers, not {n_shown} of {n}")
+        places = np.array(self.markers or ()).reshape(-1, 2)
+        n_shown, least = int(self.picture.shows(places).sum()), min(FEWEST, len(places))
+        if n_shown < least:
+            raise ValueError(f"keep and hide must leave {least} markers or more, not {n_shown}")
         return self
 
 
