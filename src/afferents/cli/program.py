@@ -62,7 +62,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
             "calibrate",
             "afferents.inspection.calibrate:calibrate_sensor",
             words=("videos",),
-            several=("videos",),
+            several=("videos", "hide"),
         ),
         Command("track", "afferents.extraction.track:track_into", flags=FPS | TRACKER),
         Command("extract", EXTRACT, several=("accept",), flags=FPS | TRACKER),

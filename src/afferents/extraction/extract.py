@@ -19,9 +19,9 @@ from afferents.errors import AfferentsError, InputError
 from afferents.extraction.copies import notes_of, with_fingerprint
 from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
-from afferents.markers.detect import Positions, undistorted
+from afferents.markers.detect import Positions, upright_tracks
 from afferents.markers.quality import find_track_issues
-from afferents.markers.sensor import Lens, Sensor, Sensors, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
@@ -337,16 +337,16 @@ def responses_of(
     if recording.video is not None and sensor is not None:
         order, count_from = (None, reference) if rest == "reference" else (reference, None)
         tracks = track_markers(recording.video, sensor, method, order, count_from=count_from)
-        parts.append(marker_responses(tracks, sensor.lens))
+        parts.append(marker_responses(tracks, sensor))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")
     return label(merged, recording)
 
 
-def marker_responses(tracks: xr.Dataset, lens: Lens | None = None) -> xr.Dataset:
-    """Add SA-I and RA-I to marker tracks, everything in float32, as without a lens's distortion."""
-    tracks = undistorted(tracks, lens)
+def marker_responses(tracks: xr.Dataset, sensor: Sensor | None = None) -> xr.Dataset:
+    """Add SA-I and RA-I to marker tracks, everything in float32, upright and undistorted."""
+    tracks = tracks if sensor is None else upright_tracks(tracks, sensor)
     slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
     responses = tracks.assign({dims.SA1: slow, dims.RA1: ra1(slow)})
     real = [name for name in responses.data_vars if responses[name].dtype.kind == "f"]

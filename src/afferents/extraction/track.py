@@ -110,7 +110,7 @@ def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = F
         As `markers.track`.
     """
     tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return marker_responses(tracks, sensor.lens)
+    return marker_responses(tracks, sensor)
 
 
 def track(

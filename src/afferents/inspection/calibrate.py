@@ -1,7 +1,9 @@
 """From clips at rest to a sensor file, with a picture to check it by."""
 
+import math
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from afferents.files import Place, has_mark, is_our_picture, require_free, write
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.estimate import looks
 from afferents.markers.rest import BITS, STALE, start_sentences
-from afferents.markers.sensor import DiscDetector, Sensor, load_sensor
+from afferents.markers.sensor import DiscDetector, Picture, Sensor, load_sensor
 from afferents.progress import printable
 from afferents.recordings.video import open_clip
 from afferents.reporting.recording_figures import markers_figure
@@ -22,7 +24,13 @@ _ANY_HZ = 1.0
 
 
 def calibrate_sensor(
-    videos: Sequence[Path], out: Path, pitch_mm: float | None = None, force: bool = False
+    videos: Sequence[Path],
+    out: Path,
+    pitch_mm: float | None = None,
+    keep: str | None = None,
+    hide: Sequence[str] = (),
+    turn: int = 0,
+    force: bool = False,
 ) -> tuple[list[str], Path]:
     """Measure a new sensor: how its markers look and how they are laid out.
 
@@ -36,6 +44,12 @@ def calibrate_sensor(
         Sensor file (TOML) to write; a picture is put beside it.
     pitch_mm
         Distance between neighbouring markers on the skin, mm, if known.
+    keep
+        Circle x,y,radius, px, outside which there are no markers.
+    hide
+        Circle x,y,radius, px, in which there are none, such as a lamp; may be given again.
+    turn
+        Degrees clockwise, 0, 90, 180 or 270, by which the picture must be turned to stand upright.
     force
         Overwrite what this command wrote there before (nothing else).
 
@@ -43,7 +57,7 @@ def calibrate_sensor(
     ------
     InputError
         If a clip shows no markers or another sensor, one is given twice, `out` is no .toml, or
-        it or the picture is not free.
+        it or the picture is not free; if a circle is none, or lies beside the picture.
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: expected a name that ends in .toml, found '{out}'")
@@ -52,23 +66,47 @@ def calibrate_sensor(
     for n, video in enumerate(videos):
         if os.path.realpath(video) in map(os.path.realpath, videos[:n]):
             raise InputError(f"{video}: expected each clip once, found it twice")
+    if turn not in (0, 90, 180, 270):
+        raise InputError(f"--turn: expected 0, 90, 180 or 270 degrees, found {turn}")
+    masks = {
+        "keep": None if keep is None else _circle("--keep", keep),
+        "hide": [_circle("--hide", one) for one in hide],
+    }
     # A name that ends in a digit would be taken for an image of a numbered series.
     end = "-markers.png" if out.stem[-1].isdigit() else ".png"
     picture = out.with_name(out.stem + end)
     require_free(out, lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
     require_free(picture, is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
-        [open_clip(video, _ANY_HZ) for video in videos], printable(out.stem), pitch_mm
+        [open_clip(video, _ANY_HZ) for video in videos],
+        printable(out.stem),
+        pitch_mm,
+        Picture.model_validate(masks | {"turn": turn}),
     )
     seen = np.ones(len(found.position), dtype=bool)
     source = ", ".join(video.name for video in videos)
     figure = markers_figure(
-        found.image, found.position, seen, source, title=_counted(found), suspects=found.suspects
+        found.image,
+        found.position,
+        seen,
+        source,
+        title=_counted(found),
+        suspects=found.suspects,
+        masks=found.sensor.picture.masks,
     )
     with write_aside(out) as partial:  # both, or neither
         partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
         save_figure(figure, picture)
     return describe(found), picture
+
+
+def _circle(flag: str, text: str) -> tuple[float, ...]:
+    """Return a circle's middle in x and y, and its radius, px, from its text."""
+    with suppress(ValueError):
+        x, y, radius = map(float, text.split(","))
+        if radius > 0 and math.isfinite(x + y + radius):
+            return x, y, radius
+    raise InputError(f"{flag}: expected x,y,radius, px, such as 320,240,200, found '{text}'")
 
 
 def describe(found: Calibration) -> list[str]:
@@ -86,8 +124,9 @@ def describe(found: Calibration) -> list[str]:
     n = len(found.clips)
     clips = f" that at least half of {n} clips show" if n > 1 else ""
     missing = (sensor.n_markers or 0) - len(found.position)
+    masked = " where keep and hide leave the picture" if sensor.picture.masks else ""
     return [
-        f"{len(found.position)} {shade} markers{clips}, {looks(sensor.detector)}{mm}, "
+        f"{len(found.position)} {shade} markers{masked}{clips}, {looks(sensor.detector)}{mm}, "
         f"{layout.spacing_px:.1f} px apart{scale}.",
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
@@ -141,6 +180,9 @@ def calibrate(
     out: Place,
     pitch_mm: float | None = None,
     force: bool = False,
+    keep: Sequence[float] | None = None,
+    hide: Sequence[Sequence[float]] = (),
+    turn: int = 0,
 ) -> Sensor:
     """Find out how a sensor's markers look and what layout they form; write its sensor file.
 
@@ -155,6 +197,11 @@ def calibrate(
         Distance of the markers on the skin, mm, if known.
     force
         Whether those of an earlier calibration may be replaced.
+    keep, hide
+        A circle (x, y, radius), px, outside which there are no markers; and some in which there are
+        none.
+    turn
+        Degrees clockwise by which the picture must be turned to stand upright.
 
     Returns
     -------
@@ -173,5 +220,13 @@ def calibrate(
     361
     """
     clips = [video] if isinstance(video, str | Path) else video
-    calibrate_sensor([Path(clip) for clip in clips], Path(out), pitch_mm, force)
+    calibrate_sensor(
+        [Path(clip) for clip in clips],
+        Path(out),
+        pitch_mm,
+        None if keep is None else ",".join(map(str, keep)),
+        [",".join(map(str, circle)) for circle in hide],
+        turn,
+        force,
+    )
     return load_sensor(str(out))

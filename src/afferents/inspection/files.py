@@ -83,7 +83,9 @@ def inspect_video(
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
-        found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
+        found.pictures.append(
+            write_overlay(overlay, frames, places, seen, video.fps_hz, sensor.picture.masks)
+        )
     return found
 
 
@@ -94,10 +96,15 @@ def draw_video(
 
     Markers are where the lens shows them, responses as without its distortion.
     """
-    responses = marker_responses(tracks, sensor.lens)
+    responses = marker_responses(tracks, sensor)
     positions = tracks[dims.POSITION].values
     markers = markers_figure(
-        image, positions[-1], tracks[dims.DETECTED].values[-1], name, positions
+        image,
+        positions[-1],
+        tracks[dims.DETECTED].values[-1],
+        name,
+        positions,
+        masks=sensor.picture.masks,
     )
     over_time = responses_figure(responses[dims.SA1], responses[dims.RA1], name)
     return [

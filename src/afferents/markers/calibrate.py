@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from afferents.documents import quoted
 from afferents.errors import InputError, then
-from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.detect import Positions, spacing_px, turned
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
 from afferents.markers.rest import (
@@ -21,7 +21,7 @@ from afferents.markers.rest import (
     seen_at_rest,
     still_picture,
 )
-from afferents.markers.sensor import Sensor
+from afferents.markers.sensor import WHOLE, Picture, Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
 from afferents.quality.image import ImageQuality, measure_image_quality
@@ -87,23 +87,30 @@ class Followed:
     still: NDArray[np.bool_]
 
 
-def look_at_rest(video: Video) -> Clip:
+def look_at_rest(video: Video, within: Picture = WHOLE) -> Clip:
     """Find out how the markers of a clip look, and where they are at rest.
+
+    Parameters
+    ----------
+    within
+        Which part of the picture shows the skin.
 
     Raises
     ------
     InputError
-        If it has no frames, or shows no markers.
+        If it has no frames, or shows no markers, or a mask lies beside its picture.
     """
+    if fault := within.misplaced(video.width, video.height):
+        raise InputError(f"--{fault}; give x,y,radius, px, in the picture of {video.path}")
     frames = list(islice(video.frames(), N_FIRST))
     if not frames:
         raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
     images = [frame.image for frame in frames]
-    at_first = estimate_detector(images[0], video.path)
+    at_first = estimate_detector(images[0], video.path, within)
     rest_frame = count_stale(images, at_first)
     images = images[rest_frame : rest_frame + N_FRAMES]
     image, n_still = still_picture(images, at_first)
-    sensor = estimate_detector(image, video.path)
+    sensor = estimate_detector(image, video.path, within)
     seen, bits = seen_at_rest(image, sensor), frames[0].bits
     return Clip(video, image, sensor, seen, n_still, len(images), rest_frame, bits)
 
@@ -207,7 +214,10 @@ class Calibration:
 
 
 def calibrate_from_clips(
-    video: Video | Sequence[Video], name: str, pitch_mm: float | None = None
+    video: Video | Sequence[Video],
+    name: str,
+    pitch_mm: float | None = None,
+    picture: Picture = WHOLE,
 ) -> Calibration:
     """Find out how a sensor's markers look and what layout they form, from clips at rest.
 
@@ -219,6 +229,8 @@ def calibrate_from_clips(
         What the sensor is to be called.
     pitch_mm
         Distance of its markers on the skin, mm, where it is known.
+    picture
+        Which part of the picture shows the skin, and which way up.
 
     Raises
     ------
@@ -228,7 +240,7 @@ def calibrate_from_clips(
     if pitch_mm is not None and not 0 < pitch_mm < math.inf:
         raise InputError(f"--pitch-mm: expected a distance above 0, mm, found {pitch_mm:g}")
     clips = tuple(
-        look_at_rest(each) for each in (video if isinstance(video, Sequence) else [video])
+        look_at_rest(each, picture) for each in (video if isinstance(video, Sequence) else [video])
     )
     _of_one_size(clips)
     first = clips[0]
@@ -243,7 +255,7 @@ def calibrate_from_clips(
         )
     suspects = np.concatenate([first.seen.suspects, position[still]])
     position, again = position[~still], again[~still]
-    found = find_layout(position)
+    found = find_layout(turned(position, first.sensor))
     places: dict[str, object] = {"layout": found.layout, "n_markers": len(position)}
     if found.grid is not None:
         rows, columns = int(found.grid.row.max()) + 1, int(found.grid.column.max()) + 1
@@ -254,9 +266,9 @@ def calibrate_from_clips(
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
     described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    picture = measure_image_quality(first.image, position, spacing_px(position))
+    quality = measure_image_quality(first.image, position, spacing_px(position))
     return Calibration(
-        sensor, first.image, position, suspects, found, picture, int(again.sum()), n_checked, clips
+        sensor, first.image, position, suspects, found, quality, int(again.sum()), n_checked, clips
     )
 
 
@@ -287,7 +299,7 @@ def sensor_toml(sensor: Sensor) -> str:
         "# Lengths are in px of the camera image, so they hold for this image size alone.",
         "",
     ]
-    values = sensor.model_dump(exclude={"detector", "markers"}, exclude_none=True)
+    values = sensor.model_dump(exclude={"detector", "markers", "picture"}, exclude_none=True)
     lines += [f"{key} = {_toml(value)}" for key, value in values.items()]
     if sensor.radius_px is None:
         lines.append("radius_px = inf")
@@ -296,8 +308,10 @@ def sensor_toml(sensor: Sensor) -> str:
         lines.append("markers = [")
         lines += [f"  [{x:.1f}, {y:.1f}]," for x, y in sensor.markers]
         lines.append("]")
-    lines += ["", "[detector]"]
-    lines += [f"{key} = {_toml(value)}" for key, value in sensor.detector.model_dump().items()]
+    for table, part in (("picture", sensor.picture), ("detector", sensor.detector)):
+        values = part.model_dump(mode="json", exclude_defaults=table == "picture")
+        if values:
+            lines += ["", f"[{table}]", *(f"{key} = {_toml(one)}" for key, one in values.items())]
     return "\n".join(lines) + "\n"
 
 

@@ -10,7 +10,15 @@ from scipy.spatial import cKDTree
 
 from afferents import dims
 from afferents.markers import kernel
-from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Lens, Sensor
+from afferents.markers.sensor import (
+    WHOLE,
+    BlobDetector,
+    Detector,
+    DiscDetector,
+    Lens,
+    Picture,
+    Sensor,
+)
 from afferents.store.recording import GreyImage
 
 # Where discs are in one image, by their correlation with a drawn one.
@@ -25,13 +33,12 @@ FAINTEST = 6.0
 """A disc that stands out by fewer grey levels is noise."""
 TYPICAL = 0.8
 """Discs that correlate so well say what contrast is typical."""
-
 Image = NDArray[np.float32]
+Found = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
 
 
-def find_discs(
-    image: GreyImage, parameters: DiscDetector
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHOLE) -> Found:
     """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
@@ -40,6 +47,8 @@ def find_discs(
     ----------
     image
         Grey image, shape (height, width), uint8.
+    within
+        Discs elsewhere are none, nor do they say what contrast is typical.
     """
     disc, ring = _template(parameters.radius_px)
     if min(image.shape) < len(disc):
@@ -50,6 +59,8 @@ def find_discs(
     match = _padded(correlation, image.shape)
     contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
     row, column = _peaks(match, parameters)
+    shown = within.shows(np.stack([column, row], axis=1))
+    row, column = row[shown], column[shown]
     height, score = contrast[row, column], match[row, column]
     typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
     stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
@@ -127,17 +138,49 @@ def detect(image: GreyImage, sensor: Sensor) -> Positions:
     Positions
         Centres of the blobs, shape (n, 2), px, in no particular order; (0, 2) for none.
     """
-    return find_markers(image, sensor.detector)[0]
+    return find_markers(image, sensor)[0]
 
 
-def find_markers(image: GreyImage, detector: Detector) -> tuple[Positions, NDArray[np.float64]]:
-    """Find markers: their centres, shape (n, 2), px, and their areas, shape (n,), px^2."""
+def find_markers(image: GreyImage, sensor: Sensor) -> Found:
+    """Find markers where the sensor's picture shows it: centres, (n, 2), px, and areas, px^2."""
+    if (times := sensor.times) > 1:
+        centre, area = find_markers(enlarged(image, times), sensor.enlarged())
+        return scaled(centre, 1 / times), area / times**2
+    image, detector = without_shine(image, sensor.detector), sensor.detector
     if isinstance(detector, DiscDetector):
-        return find_discs(image, detector)
-    return find_blobs(image, detector)
+        return find_discs(image, detector, sensor.picture)
+    centre, area = find_blobs(image, detector)
+    shown = sensor.picture.shows(centre)
+    return centre[shown], area[shown]
 
 
-def find_blobs(image: GreyImage, parameters: BlobDetector) -> tuple[Positions, NDArray[np.float64]]:
+def enlarged(image: GreyImage, times: int) -> GreyImage:
+    """Return an image so many times as large, smoothly; `scaled` says where things are in it."""
+    if times == 1:
+        return image
+    large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
+    return np.asarray(large, np.uint8)
+
+
+def scaled(position: Positions, times: float) -> Positions:
+    """Return positions, (n, 2), px, in an image so many times as large."""
+    return position if times == 1 else times * (position + 0.5) - 0.5
+
+
+def without_shine(image: GreyImage, detector: Detector) -> GreyImage:
+    """Return an image without highlights in dark markers, or dark spots in bright ones.
+
+    A morphological opening (or closing), which leaves alone what is wider than `shine_px`; done
+    again it changes nothing.
+    """
+    if detector.shine_px is None:
+        return image
+    spot = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (detector.shine_px,) * 2)
+    how = cv2.MORPH_CLOSE if detector.blob_colour else cv2.MORPH_OPEN
+    return np.asarray(cv2.morphologyEx(image, how, spot), np.uint8)
+
+
+def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     """Find blobs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     The published method (preprocess/afferent_response.py). The area is that of a disc of the
@@ -175,11 +218,11 @@ def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     return cv2.SimpleBlobDetector.create(cv)
 
 
-# Taking a lens's distortion out of marker positions.
+# Taking a lens's distortion and the camera's turn out of marker positions.
 
 
-def undistorted(tracks: xr.Dataset, lens: Lens | None) -> xr.Dataset:
-    """Return tracks as a lens without distortion would have shown them, in the same px.
+def upright_tracks(tracks: xr.Dataset, sensor: Sensor) -> xr.Dataset:
+    """Return tracks as an upright camera with a lens without distortion would have shown them, px.
 
     Only the positions change, after tracking: the pictures stay as they are, which costs nothing
     and blurs nothing.
@@ -188,17 +231,34 @@ def undistorted(tracks: xr.Dataset, lens: Lens | None) -> xr.Dataset:
     ----------
     tracks
         What `track` returns.
-    lens
-        None leaves them as they are.
+    sensor
+        Without a lens and a turn it leaves them as they are.
     """
-    if lens is None:
+    if sensor.lens is None and not sensor.picture.turn:
         return tracks
     return tracks.assign(
         {
-            name: tracks[name].copy(data=undistort(tracks[name].values, lens))
+            name: tracks[name].copy(data=upright(tracks[name].values, sensor))
             for name in (dims.POSITION, dims.REST_POSITION)
         }
     )
+
+
+def upright(position: Positions, sensor: Sensor) -> Positions:
+    """Return where points would be without the sensor's lens, and turned upright, (..., 2), px."""
+    return turned(undistort(position, sensor.lens), sensor)
+
+
+def turned(position: Positions, sensor: Sensor, back: bool = False) -> Positions:
+    """Return where points of the camera's picture are in the upright one, (..., 2), px; or back."""
+    quarters, width, height = sensor.picture.turn // 90, sensor.width or 0, sensor.height or 0
+    if back:
+        width, height = (height, width) if quarters % 2 else (width, height)
+        quarters = 4 - quarters
+    for _ in range(quarters % 4):
+        position = np.stack([height - 1 - position[..., 1], position[..., 0]], axis=-1)
+        width, height = height, width
+    return position
 
 
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)

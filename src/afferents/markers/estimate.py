@@ -1,40 +1,59 @@
 """A detector for a sensor that nobody has described: guessed from one of its images."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
+from afferents.markers import kernel
 from afferents.markers.detect import (
     Positions,
     detect,
+    enlarged,
     find_blobs,
-    find_discs,
-    find_markers,
+    scaled,
     spacing_px,
+    without_shine,
 )
 from afferents.markers.grid import find_grid
 from afferents.markers.rest import rest_images
-from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
+from afferents.markers.sensor import (
+    ENLARGED,
+    FEWEST,
+    WHOLE,
+    BlobDetector,
+    Detector,
+    DiscDetector,
+    Picture,
+    Sensor,
+    load_sensor,
+)
 from afferents.markers.suspects import MOST_FALSE, without_false_markers
 from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
-FEWEST = 6
-"""Fewer blobs of like size than this are no marker layout."""
-SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 150
+SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 30
 """Areas that a marker may have: least in px^2, most as a share of the image."""
+SMALL_PICTURE_PX = 200
+"""Less high or wide pictures are enlarged to look for blobs: small ones have no shape."""
 LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
 MOST_DISCS = 0.8
 """Markers are described as discs where so many discs are found for the blobs."""
-FEWEST_BY_GREY, MORE = 400, 1.3
-"""Where fewer blobs are found by grey level, they are looked for in an evened picture too, which is
-taken if it shows so many times more and they are markers in the image itself."""
-EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
-"""Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
-spread than the last is noise."""
+LIKE_SPACING, AS_GOOD, AS_LARGE = 0.25, 0.85, 0.5
+"""In a regular layout the next marker is as far as in the median, but for this share. Guesses with
+this share of the best one's score are as good; of these, blobs with this share of the area of the
+largest are no mere highlights in them."""
+SHINE_SHARE, SPACING_SHARE = 0.25, 1 / 15
+"""Highlights in markers are looked for up to this share of the spacing, and where no guess says
+that, it is taken for this share of the picture's height."""
+SHINES = 0.2
+"""Markers have highlights where the middle of most differs from the rest of it by this share of
+their contrast: at least 0.27 measured, at most 0.09 where they have none."""
 LEAST_OVER_NOISE = 7.0
 """A blob differs from the skin by so many standard deviations of what noise alone leaves: in
 pictures of white noise at most 4.3 were measured, of drawn markers in noise 36 or more."""
@@ -44,11 +63,27 @@ GATE_SHARE = 0.65
 neighbours apart."""
 
 
-def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
+class _Guess(NamedTuple):
+    """A sensor that markers may be those of, and what that finds, (n, 2).
+
+    The better the guess, the higher its score; `shines` says whether most have highlights.
+    """
+
+    sensor: Sensor
+    found: Positions
+    area_px2: float = 0.0
+    score: float = 0.0
+    shines: bool = False
+
+
+def estimate_detector(
+    image: GreyImage, where: object = "the image", within: Picture = WHOLE
+) -> Sensor:
     """Guess from an image how its markers are to be found.
 
-    Blobs of any size and brightness are looked for, bright ones and dark ones. The colour with
-    more blobs of like size is taken for the markers', and their median size for the discs'.
+    Blobs of any size are looked for: bright and dark ones, with and without highlights in them.
+    Those are taken that are many and equally far from one another, not those that are most: specks,
+    scratches and noise may be more.
 
     Parameters
     ----------
@@ -56,6 +91,8 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
         Grey image of the skin at rest, shape (height, width), uint8.
     where
         The video or image, for the error.
+    within
+        Which part of it shows the skin.
 
     Returns
     -------
@@ -67,43 +104,100 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
     InputError
         If there are fewer than `FEWEST` blobs of like size.
     """
-    n_blobs, detector, centre = _describe_markers(image, image)
-    if n_blobs < FEWEST_BY_GREY:
-        evened = _describe_markers(_evened(image), image)
-        if evened[0] > MORE * n_blobs and len(evened[2]) > len(centre):
-            _, detector, centre = evened
-    if detector is None or len(centre) < FEWEST:
+    guesses = [_guess(image, colour, within) for colour in (255, 0)]
+    spacing = spacing_px(max(guesses, key=lambda guess: guess.score).found)
+    spacing = spacing if spacing > 0 else SPACING_SHARE * image.shape[0]
+    shine_px = max(3, 2 * round(SHINE_SHARE * spacing / 2) + 1)
+    guesses += [_guess(image, colour, within, shine_px) for colour in (255, 0)]
+    best = max(guess.score for guess in guesses)
+    as_good = [guess for guess in guesses if guess.score >= AS_GOOD * best]
+    as_good = [one for one in as_good if isinstance(one.sensor.detector, DiscDetector)] or as_good
+    largest = max(guess.area_px2 for guess in as_good)
+    as_good = [one for one in as_good if one.area_px2 >= AS_LARGE * largest]
+    # What shines in the middle harms tracking; what does not is left as it is.
+    chosen = next((one for one in as_good if one.shines), as_good[0])
+    if not best or len(chosen.found) < FEWEST:
+        part, do = "", "give a sensor file that says what its markers look like"
+        if within.masks:
+            part, do = " where keep and hide leave the picture", "let these leave more of it"
         raise InputError(
-            f"{where}: expected at least {FEWEST} bright or dark blobs of like size, found "
-            f"{len(centre)}{describe_no_light(image)}; give a sensor file that says what its "
-            "markers look like"
+            f"{where}: expected at least {FEWEST} bright or dark blobs of like size{part}, found "
+            f"{len(chosen.found)}{describe_no_light(image)}; {do}"
         )
-    return Sensor(
+    gate_px = round(GATE_SHARE * spacing_px(chosen.found), 1)
+    return chosen.sensor.model_copy(update={"gate_px": gate_px})
+
+
+def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None = None) -> _Guess:
+    """Describe the blobs of a colour: as discs, or as blobs where many are cut, long, or ragged."""
+    times = ENLARGED if min(image.shape) < SMALL_PICTURE_PX else 1
+    any_blob = BlobDetector(
+        blob_colour=255 if colour else 0,
+        min_threshold=5,
+        max_threshold=255,
+        min_distance_px=5,
+        min_area_px2=SMALLEST_PX2,
+        max_area_px2=times**2 * image.size * LARGEST_SHARE,
+        min_circularity=0.6,
+        min_convexity=0.7,
+        min_inertia_ratio=0.3,
+        shine_px=shine_px,
+    )
+    sensor = Sensor(
         name="estimated",
         layout="free",
         height=image.shape[0],
         width=image.shape[1],
         radius_px=None,
-        gate_px=round(GATE_SHARE * spacing_px(centre), 1),
-        detector=detector,
+        picture=within,
+        detector=any_blob,
     )
-
-
-def _discs(
-    image: GreyImage, colour: int, centre: Positions, area: NDArray[np.float64]
-) -> DiscDetector | BlobDetector:
-    """Describe blobs as discs; as blobs where many of them are none (cut, long, or ragged)."""
+    centre, area = find_blobs(enlarged(without_shine(image, any_blob), times), any_blob)
+    centre, area = scaled(centre, 1 / times), area / times**2
+    shown = within.shows(centre)
+    centre, area = centre[shown], area[shown]
+    if len(area):
+        real = _stands_out(image, centre, float(np.sqrt(np.median(area) / np.pi)))
+        centre, area = centre[real], area[real]
+    typical = np.median(area) if len(area) else 0.0
+    like = (area >= LIKE_SIZE[0] * typical) & (area <= LIKE_SIZE[1] * typical)
+    centre, area = centre[like], area[like]
+    if len(centre) < FEWEST:
+        return _Guess(sensor, centre)
     typical = float(np.median(area))
+    radius = max(1.0, (typical / np.pi) ** 0.5)
     discs = DiscDetector(
-        blob_colour=255 if colour else 0, radius_px=round(max(1.0, (typical / np.pi) ** 0.5), 2)
+        blob_colour=any_blob.blob_colour, radius_px=round(radius, 2), shine_px=shine_px
     )
-    if len(find_discs(image, discs)[0]) >= MOST_DISCS * len(centre):
-        return discs
-    limits = {
-        "min_area_px2": round(LIKE_SIZE[0] * typical, 1),
-        "max_area_px2": round(LIKE_SIZE[1] * typical, 1),
-    }
-    return _any_blob(image, colour).model_copy(update=limits)
+    least, most = (round(share * typical, 1) for share in LIKE_SIZE)
+    blobs = any_blob.model_copy(update={"min_area_px2": least, "max_area_px2": most})
+    sensor = sensor.model_copy(update={"detector": discs})
+    found = detect(image, sensor)
+    if len(found) < MOST_DISCS * len(centre):
+        sensor = sensor.model_copy(update={"detector": blobs})
+        found = detect(image, sensor)
+    agree = min(len(centre), len(found)) / max(len(centre), len(found))
+    shines = shine_px is not None and len(found) > 0 and _shine(image, found, discs)
+    return _Guess(sensor, found, typical, agree * _regularity(found), shines)
+
+
+def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
+    """Say whether most markers' middles are another grey in the image than without highlights."""
+    plain = without_shine(image, discs)
+    skin, marker = np.empty((2, len(found)))
+    kernel.levels(plain, found, np.full(len(found), round(discs.radius_px + 1)), skin, marker)
+    x, y = np.rint(found).astype(int).T
+    shine = cv2.absdiff(image, plain)[y, x]
+    return bool(np.median(shine) > SHINES * np.median(np.abs(marker - skin)))
+
+
+def _regularity(position: Positions) -> float:
+    """Return how many there are, times the squared share of those at the usual distance."""
+    if len(position) < FEWEST:
+        return 0.0
+    distance = cKDTree(position).query(position, k=2)[0][:, 1]
+    spacing = np.median(distance)
+    return len(position) * float(np.mean(np.abs(distance - spacing) < LIKE_SPACING * spacing)) ** 2
 
 
 def recognise_sensor(video: Video) -> tuple[Sensor, str]:
@@ -152,52 +246,10 @@ def _forms_grid_of(blobs: Positions, sensor: Sensor) -> bool:
 
 def looks(detector: Detector) -> str:
     """Say what markers look like."""
+    shine = f" with highlights of up to {detector.shine_px} px" if detector.shine_px else ""
     if isinstance(detector, DiscDetector):
-        return f"discs of {detector.radius_px:g} px radius"
-    return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2"
-
-
-def _describe_markers(
-    evened: GreyImage, image: GreyImage
-) -> tuple[int, Detector | None, Positions]:
-    """Return the number of blobs of like size in an image, their detector, and what that finds.
-
-    The blobs, of the colour that has more, are looked for in `evened`: the image itself, or the
-    same with its light evened. Where they are too few, there is no detector, and they are what is
-    found.
-    """
-    found = {colour: _blobs_of_like_size(evened, colour, image) for colour in (255, 0)}
-    colour = max(found, key=lambda key: len(found[key][0]))
-    centre, area = found[colour]
-    if len(centre) < FEWEST:
-        return len(centre), None, centre
-    detector = _discs(image, colour, centre, area)
-    return len(centre), detector, find_markers(image, detector)[0]
-
-
-def _evened(image: GreyImage) -> GreyImage:
-    """Return a picture whose brightness and contrast are everywhere alike, without its noise.
-
-    Small faint markers differ by fewer grey levels than the steps at which blobs are cut.
-    """
-    grey = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 1.0)
-    around = image.shape[0] / EVEN_SHARE
-    off = grey - cv2.GaussianBlur(grey, (0, 0), around)
-    spread = np.sqrt(cv2.GaussianBlur(off**2, (0, 0), around)) + LEAST_SPREAD
-    return np.asarray(np.clip(128 + EVEN_GREY * off / spread, 0, 255), np.uint8)
-
-
-def _blobs_of_like_size(
-    evened: GreyImage, colour: int, image: GreyImage
-) -> tuple[Positions, NDArray[np.float64]]:
-    """Find blobs of one colour and leave out noise, and those of another size than most."""
-    centre, area = find_blobs(evened, _any_blob(image, colour))
-    if len(area):
-        real = _stands_out(image, centre, float(np.sqrt(np.median(area) / np.pi)))
-        centre, area = centre[real], area[real]
-    typical = np.median(area) if len(area) else 0.0
-    like = (area >= LIKE_SIZE[0] * typical) & (area <= LIKE_SIZE[1] * typical)
-    return centre[like], area[like]
+        return f"discs of {detector.radius_px:g} px radius{shine}"
+    return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2{shine}"
 
 
 def _stands_out(image: GreyImage, centre: Positions, radius: float) -> NDArray[np.bool_]:
@@ -212,18 +264,3 @@ def _stands_out(image: GreyImage, centre: Positions, radius: float) -> NDArray[n
     x, y = np.rint(centre).astype(int).T
     stands_out: NDArray[np.bool_] = np.abs(off[y, x]) >= LEAST_OVER_NOISE * 0.19 / radius * noise
     return stands_out
-
-
-def _any_blob(image: GreyImage, colour: int) -> BlobDetector:
-    """Return a detector for round blobs at all grey levels and of nearly all sizes."""
-    return BlobDetector(
-        blob_colour=255 if colour else 0,
-        min_threshold=5,
-        max_threshold=255,
-        min_distance_px=5,
-        min_area_px2=SMALLEST_PX2,
-        max_area_px2=image.size * LARGEST_SHARE,
-        min_circularity=0.6,
-        min_convexity=0.7,
-        min_inertia_ratio=0.3,
-    )

@@ -12,12 +12,12 @@ from scipy.spatial.distance import cdist
 
 from afferents.choices import Method
 from afferents.errors import InputError
-from afferents.markers.detect import Positions, detect, find_markers
+from afferents.markers.detect import Positions, detect, find_markers, turned
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.layout import match_layout
 from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
-from afferents.markers.sensor import Sensor
+from afferents.markers.sensor import FEWEST, Sensor
 from afferents.markers.suspects import MOST_FALSE, beyond_layout, without_false_markers
 from afferents.quality.frames import mean_change, sample_pixels
 from afferents.quality.image import describe_no_light
@@ -161,7 +161,8 @@ def seen_at_rest(picture: GreyImage, sensor: Sensor, n_still: int = 1) -> AtRest
     """Find markers in a picture at rest; `calibrate` and `track` both look by this."""
     found = detect(picture, sensor)
     beyond = beyond_layout(found)
-    faint, _ = find_markers(picture, sensor.detector.generous())
+    generous = sensor.model_copy(update={"detector": sensor.detector.generous()})
+    faint, _ = find_markers(picture, generous)
     return AtRest(found[~beyond], faint, found[beyond], n_still)
 
 
@@ -207,7 +208,8 @@ def find_rest_markers(
     else:
         found, image = _seen_by_number(images, sensor, method, led)
     n_found = len(found.position)
-    if n_found == 0 or not _plausible(n_found, sensor, method, led):
+    few_left = n_found < FEWEST and sensor.picture.masks
+    if n_found == 0 or few_left or not _plausible(n_found, sensor, method, led):
         near = n_found and _plausible(n_found, sensor, method, led=True)
         do = (
             "the tracker 'published' needs a reference clip that shows all of them; use another "
@@ -216,6 +218,8 @@ def find_rest_markers(
             else "a run must begin with the skin at rest: check its first picture, name a later "
             "frame at rest as rest_frame in session.toml, or give a sensor file that fits it"
         )
+        if few_left:
+            do = "let keep and hide in the sensor file leave more of the picture"
         raise InputError(
             f"{where}: expected {sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in "
             f"frame {sensor.rest_frame}, found {n_found}{describe_no_light(image)}; {do}"
@@ -301,10 +305,11 @@ def order_markers(
 ) -> RestMarkers:
     """Bring the rest frame's markers into the order that they keep, and place them in the grid.
 
-    ``windowed`` and ``one-to-one`` order a square layout by row, then column, so that marker n
-    is the same in every recording without a reference. Other layouts follow the sensor file's
-    `markers`, wherever the picture is turned, and some may be missing; without them `reference`,
-    each reference marker getting a marker of its own; and without that the order by y, then x.
+    ``windowed`` and ``one-to-one`` order a square layout by row, then column, of the upright
+    picture, so that marker n is the same in every recording without a reference. Other layouts
+    follow the sensor file's `markers`, wherever the picture is rolled, and some may be missing;
+    without them `reference`, each reference marker getting a marker of its own; and without that
+    the order by y, then x.
 
     ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
     this video, be it taken already or not, and the reference's own position where none lies within
@@ -327,17 +332,20 @@ def order_markers(
         kept, near = _nearest_to(reference, found, sensor.gate_px)
         rows, columns = sensor.rows, sensor.columns
         return RestMarkers(
-            kept, near, published_grid(kept, rows, columns) if rows and columns else None
+            kept,
+            near,
+            published_grid(turned(kept, sensor), rows, columns) if rows and columns else None,
         )
     if sensor.layout == "square" and sensor.rows and sensor.columns:
-        found = without_false_markers(found, sensor.rows, sensor.columns)
+        found = without_false_markers(turned(found, sensor), sensor.rows, sensor.columns)
         grid = assign_grid(found, sensor.rows, sensor.columns, where)
         position, present = fill_grid(found, grid, sensor.rows, sensor.columns)
         row, column = np.divmod(np.arange(len(position)), sensor.columns)
+        position = turned(position, sensor, back=True)
         return RestMarkers(position, present, Grid(row, column, grid.roll_deg))
     if sensor.markers is not None:
         layout = np.array(sensor.markers)
-        places = Grid(*image_places(layout, sensor.image), float("nan"))
+        places = Grid(*image_places(turned(layout, sensor), sensor.image), float("nan"))
         return RestMarkers(*match_layout(found, layout, where, at_rest.faint), places)
     order = np.lexsort((found[:, 0], found[:, 1]))
     if reference is not None:
@@ -373,6 +381,8 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
     InputError
         Naming both sizes.
     """
+    if fault := sensor.picture.misplaced(*size):
+        raise InputError(f"sensor '{sensor.name}', {fault} for {where}; mend its file")
     declared = (sensor.width or size[0], sensor.height or size[1])
     if size != declared:
         turned = size == declared[::-1]

@@ -7,6 +7,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -26,8 +28,17 @@ from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
+# What is not given is left out of what is written down: stores and cards agree as before.
+ShinePx = Annotated[int | None, Field(ge=3, le=99, exclude_if=lambda px: px is None)]
+Circle = tuple[float, float, PositiveFloat]
+"""Middle in x and y, and radius, px."""
+FEWEST = 6
+"""Fewer markers than this are no layout."""
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
+SMALL_PX, ENLARGED = 2.0, 4
+"""Discs of a smaller radius are found and followed in the picture enlarged so many times: there are
+too few px of them, and of the skin between them, for a centroid."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -49,6 +60,8 @@ class BlobDetector(BaseModel):
         Area of a marker, px^2.
     min_circularity, min_convexity, min_inertia_ratio
         Shape, each from 0 to 1 (1 is a disc).
+    shine_px
+        As of a `DiscDetector`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -64,6 +77,7 @@ class BlobDetector(BaseModel):
     min_circularity: float = Field(ge=0, le=1)
     min_convexity: float = Field(ge=0, le=1)
     min_inertia_ratio: float = Field(ge=0, le=1)
+    shine_px: ShinePx = None
 
     @model_validator(mode="after")
     def _ranges_are_not_empty(self) -> Self:
@@ -92,6 +106,9 @@ class DiscDetector(BaseModel):
         With a drawn disc, from 0 to 1.
     min_contrast
         Of a marker, as a share of the typical one.
+    shine_px
+        Highlights in dark markers, or dark spots in bright ones, up to this width are taken out of
+        the picture before markers are looked for, px; None where markers have none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -100,6 +117,7 @@ class DiscDetector(BaseModel):
     radius_px: float = Field(ge=1.0, le=100.0)
     min_correlation: float = Field(default=0.6, gt=0, lt=1)
     min_contrast: float = Field(default=0.3, ge=0, lt=1)
+    shine_px: ShinePx = None
 
     def generous(self) -> Self:
         """Return one that takes fainter markers too, for where a layout expects them."""
@@ -151,6 +169,66 @@ class Lens(BaseModel):
         return self
 
 
+class Picture(BaseModel):
+    """Which part of the camera's picture shows the sensor, and which way up.
+
+    Attributes
+    ----------
+    keep
+        Markers are looked for in this circle only; None for the whole picture.
+    hide
+        In these circles none are looked for: lamps, screws, another skin.
+    turn
+        Degrees clockwise by which the picture must be turned to stand upright. Rows, columns and
+        the directions of displacements are of the upright picture, px of the camera's.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    keep: Circle | None = None
+    hide: tuple[Circle, ...] = ()
+    turn: Literal[0, 90, 180, 270] = 0
+
+    def shows(self, position: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Say which positions, shape (n, 2), px, lie where markers are looked for; shape (n,)."""
+        shown = np.ones(len(position), dtype=bool)
+        for key, (x, y, radius) in self.masks:
+            inside = np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius
+            shown &= inside if key == "keep" else ~inside
+        return shown
+
+    def enlarged(self, times: int) -> Self:
+        """Return the same for a picture so many times as large."""
+
+        def larger(x: float, y: float, radius: float) -> Circle:
+            return times * (x + 0.5) - 0.5, times * (y + 0.5) - 0.5, times * radius
+
+        keep = larger(*self.keep) if self.keep else None
+        hide = tuple(larger(*circle) for circle in self.hide)
+        return self.model_copy(update={"keep": keep, "hide": hide})
+
+    @property
+    def masks(self) -> list[tuple[str, Circle]]:
+        """Its circles, each with its key."""
+        kept = [("keep", self.keep)] if self.keep else []
+        return kept + [("hide", circle) for circle in self.hide]
+
+    def misplaced(self, width: float, height: float) -> str:
+        """Say which circle lies beside a picture of this size, and what was expected; or nothing.
+
+        Either side may be infinite.
+        """
+        for name, (x, y, radius) in self.masks:
+            if math.hypot(x - min(max(x, 0), width), y - min(max(y, 0), height)) >= radius:
+                size, found = f"{width:g} x {height:g} px", f"[{x:g}, {y:g}, {radius:g}]"
+                return f"{name}: expected a circle in the picture of {size}, found {found}"
+        return ""
+
+
+WHOLE = Picture()
+"""All of a picture that stands upright."""
+
+
 class Sensor(BaseModel):
     """A sensor as its file describes it.
 
@@ -178,6 +256,8 @@ class Sensor(BaseModel):
         A marker moves at most this far from one frame to the next, px.
     rest_frame
         Index of the video frame that shows the skin at rest; earlier frames are not tracked.
+    picture
+        Which part of the picture shows the sensor, and which way up.
     lens
         Its distortion is taken out of SA-I and RA-I; None leaves them as the picture shows them.
     """
@@ -187,7 +267,6 @@ class Sensor(BaseModel):
     name: str = Field(min_length=1)
     layout: Layout
     markers: tuple[tuple[float, float], ...] | None = None
-    # Left out of what is written down where it is not given: stores and cards agree as before.
     image: tuple[ImageSide, ImageSide] | None = Field(
         default=None, exclude_if=lambda image: image is None
     )
@@ -201,6 +280,7 @@ class Sensor(BaseModel):
     gate_px: float = Field(default=10.0, gt=0)
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
+    picture: Picture = Field(default=WHOLE, exclude_if=lambda picture: picture == WHOLE)
     detector: Detector
 
     @field_validator("radius_px")
@@ -224,6 +304,36 @@ class Sensor(BaseModel):
             raise ValueError("a square layout needs rows and columns")
         elif self.n_markers != self.rows * self.columns:
             raise ValueError(f"n_markers must be rows x columns = {self.rows * self.columns}")
+        return self
+
+    @property
+    def times(self) -> int:
+        """How much the picture is enlarged to find and follow markers: small discs need it."""
+        small = isinstance(self.detector, DiscDetector) and self.detector.radius_px < SMALL_PX
+        return ENLARGED if small else 1
+
+    def enlarged(self) -> Self:
+        """Return the sensor in a picture `times` as large, to find markers in."""
+        times, shine_px = self.times, self.detector.shine_px
+        assert isinstance(self.detector, DiscDetector)
+        larger = {
+            "radius_px": times * self.detector.radius_px,
+            "shine_px": times * shine_px + 1 if shine_px else None,
+        }
+        detector = self.detector.model_copy(update=larger)
+        picture = self.picture.enlarged(times)
+        return self.model_copy(update={"detector": detector, "picture": picture})
+
+    @model_validator(mode="after")
+    def _picture_shows_markers(self) -> Self:
+        if fault := self.picture.misplaced(self.width or math.inf, self.height or math.inf):
+            raise ValueError(fault)
+        if self.picture.turn and None in (self.width, self.height):
+            raise ValueError("a picture that is turned needs width and height")
+        places = np.array(self.markers or ()).reshape(-1, 2)
+        n_shown, least = int(self.picture.shows(places).sum()), min(FEWEST, len(places))
+        if n_shown < least:
+            raise ValueError(f"keep and hide must leave {least} markers or more, not {n_shown}")
         return self
 
 

@@ -74,7 +74,7 @@ def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[n
     for _, image, position in moved.frames:
         away = np.hypot(*(position - rest).T)
         around = _upper_quarter(np.where(near, away, np.nan))
-        blobs, _ = find_markers(image, sensor.detector)
+        blobs, _ = find_markers(image, sensor)
         if len(blobs) == 0:
             continue
         there = cKDTree(blobs).query(rest)[0] < STAYED * spacing

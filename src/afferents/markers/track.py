@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
-from afferents.markers.detect import Positions, detect, spacing_px
+from afferents.markers.detect import Positions, detect, enlarged, scaled, spacing_px
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
@@ -164,7 +164,7 @@ class Tracker:
     @property
     def jump_px(self) -> float:
         """How far all markers jumped together in the last step, px; 0 but for ``windowed``."""
-        return self._windowed.jump_px if self._windowed else 0.0
+        return self._windowed.jump_px / self._times if self._windowed else 0.0
 
     @property
     def renamed(self) -> Renamed | None:
@@ -202,16 +202,20 @@ class Tracker:
     def _start(self, image: GreyImage) -> None:
         """Measure the markers in the rest frame, or in the first one for want of it."""
         if self.method == "windowed":
-            self._windowed = Windowed(
-                self.sensor, self.rest_position, image, self._levels, self._present
-            )
-            self.rest_position = self._windowed.rest_position
+            self._times = self.sensor.times
+            sensor = self.sensor if self._times == 1 else self.sensor.enlarged()
+            rest, image = scaled(self.rest_position, self._times), enlarged(image, self._times)
+            self._windowed = Windowed(sensor, rest, image, self._levels, self._present)
+            self.rest_position = scaled(self._windowed.rest_position, 1 / self._times)
 
     def _follow(self, image: GreyImage) -> Tracked:
         if self._windowed is None:
             self._start(image)
         assert self._windowed is not None
-        return self._windowed.step(image)
+        if self._times == 1:
+            return self._windowed.step(image)
+        found = self._windowed.step(enlarged(image, self._times))
+        return Tracked(scaled(found.position, 1 / self._times), found.detected)
 
     def _expect(self, position: Positions, before: Positions) -> Positions:
         """Say where each marker is now: as seen, or as its neighbours' displacement says.

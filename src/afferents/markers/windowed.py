@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
 from afferents.markers import kernel
-from afferents.markers.detect import Positions, find_markers
+from afferents.markers.detect import Positions, find_markers, without_shine
 from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
 from afferents.markers.sensor import Sensor
 from afferents.store.recording import GreyImage, as_grey
@@ -132,6 +132,7 @@ class Windowed:
         self.audit = Audit()
         self.jump_px = 0.0
         self._sensor, self._levels = sensor, levels
+        rest_image = without_shine(rest_image, sensor.detector)
         self._sign = 1.0 if sensor.detector.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
         radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
@@ -169,7 +170,7 @@ class Windowed:
 
     def step(self, image: GreyImage) -> Tracked:
         """Return where the markers are in the next frame."""
-        n = len(self._expected)
+        image, n = without_shine(image, self._sensor.detector), len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
         self._light, n_found, shared, strangers, self.jump_px = kernel.look(
             image,
@@ -266,7 +267,7 @@ class Windowed:
     ) -> None:
         """Check names by the whole picture and the layout's order, and take better ones over."""
         self.audit.checks += 1
-        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor.detector)
+        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor)
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
@@ -392,7 +393,7 @@ class Windowed:
     ) -> None:
         """Give markers to the blobs of the whole picture, nearest to where they are expected."""
         self.audit.searches += 1
-        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor.detector)
+        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor)
         blob = link_one_to_one(predicted, blobs, self._reach / 2)
         found[:] = blob != NO_BLOB
         position[:] = np.nan
@@ -417,7 +418,7 @@ def _radius(image: GreyImage, position: Positions, sensor: Sensor) -> float:
     InputError
         If there are none.
     """
-    _, area = find_markers(image, sensor.detector)
+    _, area = find_markers(image, sensor)
     if len(area) == 0:
         raise InputError(f"the rest frame: expected {len(position)} markers, found none")
     return float(np.sqrt(np.median(area) / np.pi))

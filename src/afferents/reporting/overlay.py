@@ -1,6 +1,6 @@
 """A video with its markers drawn in: names, trails, and the lost in red."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
@@ -36,6 +36,7 @@ def write_overlay(
     position: NDArray[np.float64],
     detected: NDArray[np.bool_],
     fps_hz: float,
+    masks: Sequence[tuple[str, tuple[float, float, float]]] = (),
 ) -> Path:
     """Write an mp4 of the frames, twice as large, with their markers.
 
@@ -45,6 +46,8 @@ def write_overlay(
         Of the video, from its first.
     position, detected
         As `markers.track` gives them, shapes (n_frames, n, 2), px, and (n_frames, n).
+    masks
+        Circles (x, y, radius), px, each with its key: ``keep`` or ``hide``.
 
     Raises
     ------
@@ -63,6 +66,11 @@ def write_overlay(
         for index, frame in enumerate(frames):
             image = frame.in_colour() if frame.in_colour else frame.image
             picture = draw_overlay(image, last, detected, index)
+            for key, (x, y, radius) in masks:
+                middle = _points(np.array([x, y])).tolist()
+                size = round(ENLARGED * radius * (1 << _SUBPIXEL_BITS))
+                colour = _WHITE if key == "keep" else _RED
+                cv2.circle(picture, middle, size, colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
             if index == 0:
                 stream.height, stream.width = picture.shape[:2]
             drawn = av.VideoFrame.from_ndarray(picture, format="bgr24")

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
@@ -43,6 +44,7 @@ def markers_figure(
     trails: NDArray[np.float64] | None = None,
     title: str | None = None,
     suspects: NDArray[np.float64] | None = None,
+    masks: Sequence[tuple[str, tuple[float, float, float]]] = (),
 ) -> Figure:
     """Draw the markers over a frame.
 
@@ -62,6 +64,8 @@ def markers_figure(
         None to say how many are detected.
     suspects
         What looks like a marker and is left out, shape (k, 2), px.
+    masks
+        Circles (x, y, radius), px, each with its key: ``keep`` or ``hide``.
     """
     height, width = image.shape
     seen = np.asarray(detected, dtype=bool)
@@ -77,6 +81,10 @@ def markers_figure(
         x, y = suspects.T
         axes.scatter(x, y, s=34, marker="D", facecolors="none", edgecolors=VERMILION, lw=1.2,
                      label="suspect, left out")  # fmt: skip
+    for key, (x, y, radius) in masks:
+        colour = GREEN if key == "keep" else VERMILION
+        label = None if key in axes.get_legend_handles_labels()[1] else key
+        axes.add_patch(Circle((x, y), radius, fill=False, ec=colour, lw=1.2, label=label))
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
     axes.set(xlabel="x (px) →", ylabel="← y (px)")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))

@@ -67,10 +67,10 @@ def _require(sensor: Sensor) -> float:
         )
     if sensor.layout != "square" and sensor.markers is None:
         raise InputError(f"{where}: expected where its markers are, found none{then(hint)}")
-    if sensor.lens is not None:
+    if sensor.lens is not None or sensor.picture.turn:
         raise InputError(
-            f"{where}: expected no lens, since the rig's camera has its own, found one; leave it "
-            "out"
+            f"{where}: expected no lens and no turn, since the rig's camera has its own, found "
+            "one; leave it out"
         )
     return sensor.pitch_mm
 

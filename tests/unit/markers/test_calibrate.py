@@ -7,7 +7,7 @@ import pytest
 from afferents import dims
 from afferents.errors import InputError
 from afferents.markers.calibrate import calibrate_from_clips, sensor_toml
-from afferents.markers.sensor import load_sensor
+from afferents.markers.sensor import Picture, load_sensor
 from afferents.markers.track import track_markers
 
 
@@ -167,3 +167,27 @@ def test_ten_clear_markers_are_found_in_noise(rows, columns, noise, draw, video)
     order = np.lexsort((found.position[:, 0], found.position[:, 1].round(-1)))
     np.testing.assert_allclose(found.position[order], markers, atol=0.5)
     assert found.sensor.layout == ("square" if rows > 1 else "free")
+
+
+@pytest.mark.parametrize(
+    ("picture", "sentence"),
+    [
+        (Picture(keep=(900, 100, 50)), r"--keep: expected a circle in the picture of 320 x 240 px"),
+        (Picture(hide=((100, -60, 50),)), r"--hide: .*, found \[100, -60, 50\]; give x,y,radius"),
+        (
+            Picture(keep=(64, 64, 30)),
+            r"6 bright or dark blobs .*where keep and hide leave the picture, found 4; let these",
+        ),
+    ],
+)
+def test_masks_that_leave_nothing_are_refused(picture, sentence, draw, video, grid):
+    with pytest.raises(InputError, match=sentence):
+        calibrate_from_clips(video([draw(grid)] * 9), "mine", picture=picture)
+
+
+def test_masks_stand_in_the_sensor_file(draw, video, rings, tmp_path):
+    picture = Picture(keep=(160, 120, 100.5), hide=((76, 120, 9), (10, 10, 3)), turn=90)
+    found = calibrate_from_clips(video([draw(rings)] * 9), "mine", picture=picture)
+    assert written(found, tmp_path) == found.sensor
+    assert found.sensor.picture == picture
+    assert "[picture]\nkeep = [160.0, 120.0, 100.5]\n" in (tmp_path / "mine.toml").read_text()

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from afferents import dims
-from afferents.markers.detect import undistort, undistorted
+from afferents.markers.detect import undistort, upright_tracks
 from afferents.markers.sensor import Lens
 from afferents.markers.track import track_markers
 
@@ -44,13 +44,13 @@ def test_tracks_are_straightened_after_tracking(draw, video, free):
     places = np.stack(np.meshgrid([60.0, 100, 140], [60.0, 100, 140]), -1).reshape(-1, 2)
     tracks = track_markers(video([draw(places), draw(places + 1)]), free)
     lens = PINHOLE.model_copy(update={"centre_px": (100.0, 100.0)})
-    straight = undistorted(tracks, lens)
+    straight = upright_tracks(tracks, free.model_copy(update={"lens": lens}))
     np.testing.assert_array_equal(straight[dims.DETECTED], tracks[dims.DETECTED])
     assert not np.allclose(straight[dims.POSITION], tracks[dims.POSITION], atol=0.1)
     np.testing.assert_allclose(
         straight[dims.REST_POSITION], undistort(tracks[dims.REST_POSITION].values, lens)
     )
-    assert undistorted(tracks, None) is tracks
+    assert upright_tracks(tracks, free) is tracks
 
 
 def test_a_lens_without_its_coefficients_is_refused():

@@ -52,6 +52,23 @@ def test_an_unknown_name_lists_those_there_are():
         ("max_threshold = 150", "max_threshold = 55", "min_repeatability steps"),
         ("n_markers = 3", "n_markers = 3\ngate_px = -1", "gate_px: greater than 0, found -1"),
         ('layout = "free"', 'layout = "oval"', "layout: 'square', 'hexagonal', 'radial' or 'free'"),
+        (
+            "[detector]",
+            "[picture]\nturn = 45\n[detector]",
+            "picture.turn: 0, 90, 180 or 270, found 45",
+        ),
+        ("[detector]", "[picture]\nturn = 90\n[detector]", "turned needs width and height"),
+        ("[detector]", "[picture]\nkeep = [9, 9]\n[detector]", "picture.keep.2"),
+        (
+            "[detector]",
+            "width = 640\nheight = 480\n[picture]\nhide = [[900, 9, 50]]\n[detector]",
+            "hide: expected a circle in the picture of 640 x 480 px, found [900, 9, 50]",
+        ),
+        (
+            "n_markers = 3",
+            "markers = [[9, 9], [19, 9], [9, 19]]\n[picture]\nkeep = [9, 9, 5]",
+            "keep and hide must leave",
+        ),
         ('layout = "free"', 'layout = "square"', "needs rows and columns"),
         ('layout = "free"', 'layout = "square"\nrows = 2\ncolumns = 2', "rows x columns = 4"),
     ],
