@@ -29,6 +29,8 @@ def exit_code_of(command: Callable[[], object], debug: bool) -> int:
     except Stopped as stop:
         traceback.clear_frames(stop.__traceback__)  # whoever waits in them tidies up
         return _ended(STOPPED, debug, stop.code)
+    except BrokenPipeError:  # whoever read the output left
+        return 1
     except Exception as error:  # noqa: BLE001  told or raised again below
         if (number := stopped_by()) is not None:  # what was stopped failed in its own way
             return _ended(STOPPED, debug, 128 + number)

@@ -222,7 +222,7 @@ def live(
     from afferents.live.outlets import give_out
     from afferents.live.pipeline import LivePipeline
     from afferents.live.places import places_in
-    from afferents.live.several import commands_for, run_each
+    from afferents.live.several import SHARED, commands_for, named, run_each
     from afferents.live.signals import give_signals, signals_in
     from afferents.live.sources import open_sources, sensor_of
     from afferents.markers.sensor import load_sensor
@@ -235,6 +235,8 @@ def live(
             "--signals: expected none of --model, --web and --lsl beside it, found one; run "
             "another 'afferents live' for them"
         )
+    if signals is None and list(to) != ["-"]:
+        raise InputError("--to: expected --signals beside it, such as sa1,ra1, found none")
     if max(map(len, (videos, audios, sensors))) > 1:
         if model or lsl or not (web or as_json or signals):
             raise InputError(
@@ -248,7 +250,11 @@ def live(
         }  # fmt: skip
         given = {flag_of(key): value for key, value in asked.items() if value not in (None, False)}
         words = [w for flag, v in given.items() for w in ((flag,) if v is True else (flag, str(v)))]
-        run_each(commands_for(videos, audios, sensors, to, port, words), control)
+        commands = commands_for(videos, audios, sensors, to, port, words)
+        if signals is not None:  # what is wrong is said once, before any begins
+            signals_in(signals, bool(audios))
+            places_in([named(place, name) for name in commands for place in {*to} - SHARED], ())
+        run_each(commands, control)
         return
     video = videos[0] if videos else None
     audio = audios[0] if audios else None

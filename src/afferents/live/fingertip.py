@@ -193,8 +193,8 @@ def stream(
     audio
         ``mic:default``, a sound file, a recording's folder, or ``rig``; None without sound.
     sensor
-        A sensor file, or the name of a packaged one. None: a clip's markers are found as
-        `calibrate` finds them; a camera needs one.
+        A sensor file, or the name of a packaged one. None: markers are found at rest, as
+        `calibrate` finds them; write a file for markers that keep their order between runs.
     audio_offset_s
         The microphone's clock is ahead of the camera's by this much, s (`afferents align`).
     speed

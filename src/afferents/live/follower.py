@@ -19,7 +19,7 @@ from afferents.live.events import CameraFrame
 from afferents.live.prediction import Counters
 from afferents.live.rest import NewRest, have_moved
 from afferents.markers.calibrate import calibrate_from_clips
-from afferents.markers.detect import Positions, undistort
+from afferents.markers.detect import Positions, upright
 from afferents.markers.grid import Grid
 from afferents.markers.places import images_of
 from afferents.markers.rest import N_FIRST, check_size, count_stale
@@ -43,7 +43,8 @@ class Touch:
     seen
         Where the picture shows markers, (marker, space), px, x right and y down; NaN where lost.
     now
-        Where they are as a lens without distortion shows them, and where displacement counts from.
+        Where they are as an upright camera without distortion shows them, and where displacement
+        counts from.
     before
         The same of the frame just before; None in the first, and after a gap.
     step_s
@@ -327,7 +328,7 @@ class Follower:
                 self.sensor, self._again_s = None, frames[-1].time_s + AGAIN_S
             raise
         self._tracker, self._grid = begun.tracker, begun.grid
-        self._rest = undistort(begun.tracker.rest_position, self.sensor.lens)
+        self._rest = upright(begun.tracker.rest_position, self.sensor)
         return self._follow_first(first[n_stale:], begun)
 
     def _follow_first(
@@ -350,7 +351,7 @@ class Follower:
             Whether the frame felt last is the one just before.
         """
         assert self.sensor is not None
-        now = Skin(undistort(seen, self.sensor.lens), self._rest)
+        now = Skin(upright(seen, self.sensor), self._rest)
         before = self._before if follows else None
         step_s, self._last_s, self._before = time_s - self._last_s, time_s, now
         if self._resting is not None and (done := self._resting.feed(now.position, now.rest)):

@@ -141,8 +141,8 @@ class LslStreams:
             dims.SHEAR: PARTS,
             dims.RA2: range(first.ra2.shape[1]),
         }
-        called = f"afferents {header['fingertip']}".rstrip()
-        source = header["fingertip"] or header["sensor"]
+        name = header.get("fingertip", "")
+        called, source = f"afferents {name}".rstrip(), name or header["sensor"]
         self._outlets: dict[str, Any] = {}
         for name in header["units"]:
             of_name = labels.get(name, range(len(rest)))

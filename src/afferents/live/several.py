@@ -13,6 +13,8 @@ from typing import IO
 from afferents.errors import InputError
 from afferents.live.control import LINE, set_rest_when_asked
 
+SHARED = frozenset({"-", "lsl"})
+"""Places that several fingertips may have together."""
 EVERY_S = 0.05
 ENDING_S = 5.0
 """Who is told to stop is given so long to end its files."""
@@ -63,7 +65,7 @@ def commands_for(
         name: [
             *("live", "--video", video[n], "--sensor", sensor[n], "--name", name),
             *(("--audio", audio[n]) if audio else ()),
-            *(word for place in to for word in ("--to", _named(place, name))),
+            *(word for place in to for word in ("--to", named(place, name))),
             *("--port", f"{port + n}", *(word for page in pages for word in ("--beside", page))),
             *options,
         ]
@@ -71,7 +73,7 @@ def commands_for(
     }
 
 
-def _named(place: str, name: str) -> str:
+def named(place: str, name: str) -> str:
     """Return a place with a fingertip's name in its file's."""
     kind, colon, file = place.rpartition(":")
     if not Path(file).suffix:

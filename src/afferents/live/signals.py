@@ -1,5 +1,6 @@
 """Signals of a fingertip: which there are, what comes with them, and giving them out."""
 
+import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -71,7 +72,7 @@ def give_signals(
     how far the Unix clock is ahead of the monotonic one, by which its frames are timed. The status
     of a frame is its `time_s`, the share of markers that are `lost`, how many frames were `dropped`
     before it, whether something is `touching` the skin, and `events` where something happened; rest
-    that was set anew comes with it.
+    that was set anew comes with it. Events and dropped frames are told on standard error, too.
 
     Parameters
     ----------
@@ -88,20 +89,23 @@ def give_signals(
         for touch in fingertip:
             status = _status_of(touch, names, dropped)
             dropped = touch.quality.dropped
+            sys.stderr.writelines(f"{touch.time_s:.2f} s: {event}\n" for event in touch.events)
             with stop_later():
                 for place in places[len(writers) :]:
-                    writers.append(
-                        place({"fingertip": name} | _header(fingertip, touch, names), touch)
-                    )
+                    writers.append(place(_header(fingertip, touch, names, name), touch))
                     opened.callback(writers[-1].close)
                 for writer in writers:
                     writer.write(touch, status)
+    if dropped:
+        hint = "" if fingertip.is_live else "; --speed max drops none of a clip"
+        sys.stderr.write(f"{dropped} frames were dropped{hint}\n")
 
 
-def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str]) -> Content:
+def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str], name: str) -> Content:
     sensor = fingertip.sensor
     assert sensor is not None  # there is a touch
     return {
+        **({"fingertip": name} if name else {}),
         "sensor": sensor.name,
         "layout": sensor.layout,
         "fps_hz": fingertip.fps_hz,

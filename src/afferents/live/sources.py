@@ -25,8 +25,9 @@ from afferents.rig.config import Rig
 from afferents.rig.sensor_rig import rig_of
 from afferents.store.recording import Video
 
-VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file or rig"
-AUDIO_SOURCES = "mic:default, replay:SESSION/3/50, a sound file or rig"
+VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file, rig or rig:g/50"
+AUDIO_SOURCES = "mic:default, replay:SESSION/3/50, a sound file, rig or rig:g/50"
+_GONE = ", and there is no such file"
 KINDS = ("camera", "mic", "replay", "rig")
 RIG_SENSOR = "tip_b"
 """The rig's own fingertip."""
@@ -76,7 +77,7 @@ def open_sources(
                 rig = None if wanted.sensor is None else rig_of(wanted.sensor)
                 opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
             else:
-                raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'")
+                raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'{_GONE}")
         if "audio" in wanted.channels and audio is not None:
             kind, name = _parted(audio)
             if kind == "mic":
@@ -87,7 +88,7 @@ def open_sources(
             elif kind == "rig":
                 opened.append(RigSound(shows[name] if name in shows else _show(name)))
             else:
-                raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'")
+                raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'{_GONE}")
     except BaseException:
         with let_go(opened):
             raise

@@ -210,3 +210,12 @@ def test_an_image_of_something_else_is_refused(clip):
         touch = next(iter(tip))
     with pytest.raises(InputError, match="expected sa1, ra1 or speed, found 'position'"):
         touch.image("position")
+
+
+def test_a_turned_camera_has_the_directions_of_the_upright_picture(clip):
+    turned = TIP.model_copy(update={"picture": TIP.picture.model_copy(update={"turn": 180})})
+    with stream(clip, sensor=TIP) as upright, stream(clip, sensor=turned) as other:
+        *_, one = upright
+        *_, back = other
+    np.testing.assert_allclose(back.shear[:2], -one.shear[:2], atol=1e-4)
+    assert abs(one.shear[0]) > 0.1

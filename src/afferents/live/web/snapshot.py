@@ -118,11 +118,12 @@ class Snapshots(Shown, Newest):
         video = self._pipeline.video
         if video is None:
             return None
-        newest, picture = video.newest, video.picture
+        newest, picture, sensor = video.newest, video.picture, video.follower.sensor
         content: dict[str, Any] = {
             "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
             "sensor": video.follower.describe(),
             "quality": _in_words(video.quality),
+            "masks": [] if sensor is None else sensor.picture.masks,
         }
         if newest is not None and picture is not None:
             content |= {"size": picture.frame.luma.shape[::-1], **draw_markers(newest)}

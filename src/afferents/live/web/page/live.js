@@ -182,7 +182,14 @@ async function showPicture() {
   [canvas.width, canvas.height] = [image.width, image.height];
   context.drawImage(image, 0, 0);
   image.close();
-  if (!marked || !state?.video?.markers) return;
+  if (!marked || !state?.video) return;
+  for (const [key, [x, y, radius]] of state.video.masks ?? []) {
+    context.strokeStyle = key === "keep" ? "#fff" : "#f33";
+    context.beginPath();
+    context.arc(x, y, radius, 0, 7);
+    context.stroke();
+  }
+  if (!state.video.markers) return;
   context.strokeStyle = "#ffb000";
   context.lineWidth = 1.5;
   const ring = state.video.ring_px;
