@@ -12,7 +12,6 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
     SPEED,
     TEXTURE,
-    ImageFolder,
     Pattern,
     as_speed,
     is_sound,
@@ -20,6 +19,7 @@ from afferents.recordings.media import (
     media_in,
     named,
 )
+from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
 from afferents.recordings.session_file import (
     SESSION_FILE,
     SESSION_TOML,
@@ -117,17 +117,17 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
     )
 
 
-def video_of(path: Path, declared: SessionFile, own_hz: float | None = None) -> Video:
-    """Return a video, or a folder of images as one; `own_hz` is what is said of it alone."""
-    if not path.is_dir():
-        return VideoFile(path, own_hz or (declared.fps_hz if declared.fps_overrules else None))
-    fps_hz = own_hz or (declared.fps_hz if "fps_hz" in declared.model_fields_set else None)
-    if fps_hz is None:
-        raise InputError(
-            f"{path}: expected the rate at which the images were taken, found none; write fps_hz "
-            f"into {declared.file}"
-        )
-    return ImageFolder(path, fps_hz)
+def video_of(
+    path: Path, declared: SessionFile, own_hz: float | None = None, times: Path | None = None
+) -> Video:
+    """Return a video, or images as one; `own_hz` and the CSV `times` are said of it alone."""
+    true_hz = own_hz or (declared.fps_hz if declared.fps_overrules else None)
+    if not (path.is_dir() or path.suffix.lower() == ZIP):
+        return VideoFile(path, true_hz)
+    times = times or times_beside(path)
+    if times is None and "fps_hz" in declared.model_fields_set:
+        true_hz = true_hz or declared.fps_hz
+    return ImageFolder(path, true_hz, times)
 
 
 def session_around(path: Path) -> tuple[SessionFile, float | None]:
@@ -258,13 +258,15 @@ def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile)
     repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
     said = "direction" in declared.model_fields_set
     direction = {"direction": declared.direction} if said else {}
-    video, audio = (_there(root, file, declared) for file in (entry.video, entry.audio))
+    video, audio, times = (
+        _there(root, file, declared) for file in (entry.video, entry.audio, entry.times)
+    )
     return Recording(
         name=entry.name,
         texture=entry.texture,
         speed_mm_s=entry.speed_mm_s,
         source=root / entry.file,
-        video=video_of(video, declared, entry.fps_hz) if video else None,
+        video=video_of(video, declared, entry.fps_hz, times) if video else None,
         audio=WavFile(audio, declared.channel) if audio else None,
         steady_s=entry.steady_s or declared.steady_s,
         conditions={**direction, **declared.conditions, **repetition, **entry.conditions},

@@ -78,7 +78,9 @@ class ListedRecording(StrictForm):
     Attributes
     ----------
     video, audio
-        Files, or a folder of numbered images, from the session's folder.
+        Files, or a folder or zip of numbered images, from the session's folder.
+    times
+        CSV that says when the images were taken, where none lies in or beside them.
     texture
         Any label.
     speed_mm_s
@@ -92,7 +94,7 @@ class ListedRecording(StrictForm):
         Whatever else is known: ``{pressure = 3}``.
     fps_hz
         True frame rate, where the container's is wrong: times then count from it. Needed for
-        images.
+        images without a CSV.
     steady_s
         Start and end of constant speed, s.
     rest_frame
@@ -103,6 +105,7 @@ class ListedRecording(StrictForm):
 
     video: Text | None = None
     audio: Text | None = None
+    times: Text | None = None
     texture: Label
     speed_mm_s: Positive | None = None
     repetition: Label | None = None
@@ -171,7 +174,7 @@ class SessionFile(BaseModel):
         are named: the last).
     fps_hz
         Nominal frame rate of every video, within 10 %; the true frame times are the container's.
-        Of images, their rate.
+        Of images without a CSV of times, their rate.
     fps_overrules
         Whether the containers' frame rate is wrong: times then count from `fps_hz`.
     frame_width, frame_height

@@ -17,7 +17,8 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording
 from afferents.recordings.described import Described
 from afferents.recordings.guess import tables_in
-from afferents.recordings.media import ImageFolder, Pattern, media_in
+from afferents.recordings.media import Pattern, media_in
+from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import recordings_of, require_rates_that_agree
 from afferents.recordings.session_file import session_file
 from afferents.recordings.video import VideoFile
