@@ -104,4 +104,6 @@ def declared_of(recording: Recording, session: Session, sensors: Sensors) -> str
     }
     if isinstance(recording.video, ImageFolder) and recording.video.times is not None:
         declared["times"] = checksum(recording.video.times)
+    if recording.beside:
+        declared["beside"] = [[log.name, checksum(log.path), *log.lag] for log in recording.beside]
     return json.dumps(declared)

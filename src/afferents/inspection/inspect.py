@@ -191,7 +191,7 @@ def inspect(
     out = Path(out)
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_heard = is_sound(path)
-    is_clip = (path.is_file() or is_image_folder(path)) and not Described.is_at(path)
+    is_clip = (path.is_file() or is_image_folder(path)) and not Described.recognises(path)
     if drawn is not None and (is_heard or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
     for name in (MARKERS, RESPONSES, VIBRATION, STEADINESS):
@@ -269,7 +269,7 @@ def inspect_recordings(
 ) -> Inspection:
     """Check every recording of a data set, all pictures and samples; draw the first vibration."""
     with in_a_sentence(source):
-        session = data_set.recordings()
+        session = data_set.scan()
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
     found.sentences += reference_sentences(session, sensor)

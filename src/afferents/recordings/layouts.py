@@ -10,6 +10,7 @@ from pathlib import Path
 from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
+    IMAGES,
     SPEED,
     TEXTURE,
     Pattern,
@@ -29,6 +30,7 @@ from afferents.recordings.session_file import (
     session_file,
 )
 from afferents.recordings.video import VideoFile
+from afferents.store.beside import Beside
 from afferents.store.recording import Recording, Video, as_label, require_utf8
 
 # The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
@@ -144,10 +146,17 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
     return SessionFile(sensor_channel=None), None
 
 
-def reference_in(recording: Recording) -> Video | None:
-    """Return the video that fixes the order of the markers, beside the first recording."""
-    path = recording.source / REFERENCE
+def reference_in(root: Path, declared: SessionFile, first: Recording) -> Video | None:
+    """Return the skin at rest, as is declared, or as a clip beside the first recording shows it."""
+    if (path := _there(root, declared.reference, declared)) is not None:
+        return ImageFolder(path, 1.0) if path.suffix.lower() in IMAGES else video_of(path, declared)
+    path = first.source / REFERENCE
     return VideoFile(path) if path.is_file() else None
+
+
+def press_in(root: Path, declared: SessionFile) -> Recording | None:
+    """Return the recording by which clocks are set; None where none is declared."""
+    return _listed_recording(root, declared.press, declared) if declared.press else None
 
 
 # Recordings that a session file names, one by one or by a pattern.
@@ -272,6 +281,10 @@ def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile)
         conditions={**direction, **declared.conditions, **repetition, **entry.conditions},
         sensor=sensor_named(root, entry.sensor) if entry.sensor else None,
         rest_frame=declared.rest_frame if entry.rest_frame is None else entry.rest_frame,
+        beside=tuple(
+            Beside(log.name, root / log.file, log.time, log.columns, log.units)
+            for log in entry.beside
+        ),
     )
 
 

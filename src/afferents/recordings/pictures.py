@@ -182,6 +182,11 @@ class ImageFolder:
             )
         return np.asarray((numbers - numbers[0]) / least / self.fps_hz)
 
+    @property
+    def began_s(self) -> float:
+        """When the first image was taken by the clock of the CSV, s; 0 without one."""
+        return float(_times_in(self.times, self.numbered)[0]) if self.times else 0.0
+
     def frames(self) -> Iterator[Frame]:
         """Read one image after the other, some ahead in threads.
 

@@ -18,11 +18,12 @@ from pydantic import (
     model_validator,
 )
 
+from afferents.choices import Rest
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 from afferents.forms import StrictForm
 from afferents.store.recording import as_label
-from afferents.store.responses import Steady
+from afferents.store.responses import VARIABLES, Steady
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100
@@ -64,12 +65,42 @@ def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | flo
     return conditions
 
 
+def _new_name(name: str) -> str:
+    if not name.isidentifier() or name in VARIABLES:
+        raise ValueError("a name of letters that no response has")
+    return name
+
+
 Label = Annotated[str, BeforeValidator(_text_of), AfterValidator(require_label)]
 Conditions = Annotated[Mapping[str, str | float], AfterValidator(_with_names)]
 """What else is known of a recording, by name: pressure, direction, trial."""
 Text = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0)]
+
+
+class Logged(StrictForm):
+    """Numbers that something else wrote beside a recording, which the store keeps.
+
+    Attributes
+    ----------
+    name
+        Of the variable in the store, such as ``force``.
+    file
+        CSV, from the session's folder.
+    time
+        Its column of times, s, by the clock of the images' CSV, or of one that a press sets.
+    columns
+        Those that are kept.
+    units
+        Of the numbers, such as ``N``.
+    """
+
+    name: Annotated[str, AfterValidator(_new_name)]
+    file: Text
+    time: Text
+    columns: Annotated[tuple[Text, ...], Field(min_length=1)]
+    units: Text
 
 
 class ListedRecording(StrictForm):
@@ -101,6 +132,8 @@ class ListedRecording(StrictForm):
         Index of the frame that shows the skin at rest.
     sensor
         Sensor file, from the session's folder, or the name of a packaged sensor.
+    beside
+        What else was logged meanwhile.
     """
 
     video: Text | None = None
@@ -115,6 +148,7 @@ class ListedRecording(StrictForm):
     steady_s: Steady | None = None
     rest_frame: Index | None = None
     sensor: Text | None = None
+    beside: tuple[Logged, ...] = ()
 
     @property
     def name(self) -> str:
@@ -187,6 +221,14 @@ class SessionFile(BaseModel):
         Sensor file, from the session's folder, or the name of a packaged sensor.
     conditions
         Of all recordings.
+    reference
+        Clip or single image of the skin at rest, from the session's folder.
+    rest
+        ``reference`` where displacement counts from that, since recordings begin when the skin is
+        touched already.
+    press
+        Another recording, of a press that is felt by the skin and by what is logged beside: it
+        sets the clocks of that, in all recordings.
     holes
         ``[texture, speed]`` of each condition of the grid that was never recorded.
     direction
@@ -219,13 +261,22 @@ class SessionFile(BaseModel):
     rest_frame: int | None = Field(None, ge=0, exclude_if=lambda given: given is None)
     sensor: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
     conditions: Conditions = Field(default_factory=dict, exclude_if=lambda given: not given)
+    reference: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
+    rest: Rest | None = Field(None, exclude_if=lambda given: given is None)
+    press: ListedRecording | None = Field(None, exclude_if=lambda given: given is None)
 
     _file: str = PrivateAttr(default=SESSION_TOML)
+    _notes: tuple[str, ...] | None = PrivateAttr(default=None)
 
     @property
     def file(self) -> str:
         """The name of the file that says so, or should."""
         return self._file
+
+    @property
+    def notes(self) -> tuple[str, ...] | None:
+        """What a reader says of files that it leaves out; None to look for them."""
+        return self._notes
 
     @property
     def channel(self) -> int:
