@@ -41,7 +41,7 @@ from afferents.recordings.video import Footage
 from afferents.store.beside import Lag
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
-from afferents.store.recording import Recording
+from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
@@ -245,12 +245,19 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
                 "than 'published', found "
                 f"{'none' if session.reference is None else 'the published tracker'}"
             )
-        if isinstance(session.reference, ImageFolder) and session.reference.n_frames == 1:
-            sensor = sensor.model_copy(update={"rest_frame": 0})
-        return ordered_rest(session.reference, sensor)
+        return ordered_rest(session.reference, of_still(session.reference, sensor))
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, sensor)
+    return rest_positions(session.reference, of_still(session.reference, sensor))
+
+
+def of_still(reference: Video, sensor: Sensor) -> Sensor:
+    """Return the sensor for a reference clip, whose only frame is the rest frame if it is a still.
+
+    Other clips have the rest frame that the sensor file says.
+    """
+    is_still = isinstance(reference, ImageFolder) and reference.n_frames == 1
+    return sensor.model_copy(update={"rest_frame": 0}) if is_still else sensor
 
 
 def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:

@@ -20,7 +20,7 @@ from afferents import dims
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
-from afferents.extraction.extract import find_issues, responses_of, watched
+from afferents.extraction.extract import find_issues, of_still, responses_of, watched
 from afferents.files import Place, is_our_picture, require_free
 from afferents.inspection.files import (
     MARKERS,
@@ -335,7 +335,8 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
     if session.reference is None or not isinstance(session, FolderSession):
         return []
     try:
-        rest_positions(session.reference, sensors_of(session, sensor).usual)
+        usual = sensors_of(session, sensor).usual
+        rest_positions(session.reference, of_still(session.reference, usual))
     except AfferentsError as error:
         return [f"The published tracker can't be led by it: {error}."]
     return []

@@ -57,6 +57,8 @@ class DataSet(ABC):
         Options of encodings that suit it, by name of the encoding; those not named are as ever.
     chooses_encodings
         Whether options that `encodings` does not name are chosen to suit rate, lengths and speeds.
+    drafted
+        Whether `init` drafts the file that describes it.
     extracted_first
         Whether its recordings are extracted into a store before anything learns from them.
     path
@@ -67,6 +69,7 @@ class DataSet(ABC):
     title: str
     encodings: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
     chooses_encodings: ClassVar[bool] = False
+    drafted: ClassVar[bool] = True
     extracted_first: ClassVar[bool] = False
 
     def __init__(self, path: str | Path) -> None:

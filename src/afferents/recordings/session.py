@@ -44,7 +44,7 @@ from afferents.recordings.media import (
 )
 from afferents.recordings.pictures import ZIP
 from afferents.recordings.session_file import (
-    SESSION_FILE,
+    SESSION_FILES,
     SESSION_TOML,
     ListedRecording,
     SessionFile,
@@ -280,7 +280,7 @@ class PublishedSession(DataSet):
         """Tell whether there is a session file, or a folder in the published layout."""
         if not path.is_dir():
             return False
-        if any((path / name).is_file() for name in (SESSION_TOML, SESSION_FILE)):
+        if any((path / name).is_file() for name in SESSION_FILES):
             return True
         with suppress(InputError, OSError):  # which reading it says
             return any(True for _ in recording_folders(path))

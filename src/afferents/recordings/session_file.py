@@ -174,7 +174,7 @@ class ListedRecording(StrictForm):
 # They say what a session folder holds: how it was recorded, and, where it is not in the published
 # layout, which files are which recordings.
 
-SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
+SESSION_FILES = SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
 
 _UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "frame_width",
             "frame_height")  # fmt: skip

@@ -24,7 +24,7 @@ from afferents.errors import InputError, reading
 from afferents.recordings.media import named
 from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder
 from afferents.recordings.session import PublishedSession
-from afferents.recordings.session_file import SessionFile, declared_by
+from afferents.recordings.session_file import SESSION_FILES, SessionFile, declared_by
 from afferents.store.beside import Beside
 
 TARGETS, STILLS, PARTS = "targets.csv", "tactile_images", ("train", "val")
@@ -74,13 +74,18 @@ def _conditions(row: Mapping[str, str], *without: str) -> dict[str, float]:
     return {str(k): float(v) for k, v in numbers.items() if np.isfinite(v) and k not in without}
 
 
+def _has_targets(path: Path) -> bool:
+    """Tell whether targets are there, and no session file, which goes before."""
+    return (path / TARGETS).is_file() and not any((path / name).is_file() for name in SESSION_FILES)
+
+
 def _is_streams(path: Path) -> bool:
-    return (path / STILLS).is_dir() and (path / TARGETS).is_file()
+    return (path / STILLS).is_dir() and _has_targets(path)
 
 
 def _runs(path: Path) -> dict[int, Path]:
     """Return the runs of a folder by number; of another none."""
-    if not (path / TARGETS).is_file():
+    if not _has_targets(path):
         return {}
     found = {int(m[1]): one for one in path.iterdir() if (m := _RUN.fullmatch(one.name))}
     return dict(sorted(found.items()))
@@ -106,7 +111,7 @@ def _declared(
 class Streams(PublishedSession):
     """A folder of tactile-bench: a recording a stream, from the image at rest; see the module."""
 
-    name, title = "tactile-bench", "Streams of tactile-bench"
+    name, title, drafted = "tactile-bench", "streams of tactile-bench", False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
@@ -169,7 +174,7 @@ class Streams(PublishedSession):
 class Runs(PublishedSession):
     """A folder of runs: pictures, force and pose, whose clocks the press of run_0 sets."""
 
-    name, title = "tactip-runs", "Runs of a fingertip on an arm"
+    name, title, drafted = "tactip-runs", "runs of a fingertip on an arm", False
 
     @classmethod
     def recognises(cls, path: Path) -> bool:

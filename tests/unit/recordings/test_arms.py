@@ -235,3 +235,12 @@ def test_a_session_file_may_say_the_same(runs):
     (folder / "session.toml").write_text(text.replace('"force"', '"sa1"'))
     with pytest.raises(InputError, match="a name of letters that no response has"):
         afferents.read_session(folder)
+
+
+def test_a_session_file_goes_before_and_none_is_drafted(runs, fails):
+    sentence = fails("init", runs)
+    assert re.search(r"found runs of a fingertip on an arm, which 'afferents extract", sentence)
+    assert not (runs / "session.toml").exists()
+    text = '[[recordings]]\nvideo = "run_1/time_series_images"\ntexture = "felt"\nfps_hz = 100'
+    write_lines(runs / "session.toml", text)
+    assert [r.name for r in afferents.read_session(runs).recordings] == ["felt"]
