@@ -90,7 +90,7 @@ def test_a_press_that_was_logged_of_another_is_refused_and_nothing_is_written(
     assert not (tmp_path / "out.zarr").exists()
 
 
-def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path):
+def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path, fails):
     part = tmp_path / "train"
     arm_folders.write_streams(part, spacings=(2.0,), seconds=0.3)
     (found,) = afferents.extract(part, tmp_path / "out.zarr", workers=1, quiet=True)
@@ -105,6 +105,10 @@ def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path):
     assert found.sizes["time"] == len(true)
     assert np.sqrt(np.mean((found.sa1.values - true) ** 2)) < 0.1
     assert true.mean() > 0.5  # pressed and sheared already where the stream begins
+    (part / "tactile_images/1/0005.png").unlink()
+    sentence = fails("extract", part, tmp_path / "torn.zarr", "--workers", "1", "--quiet")
+    assert "timestamps.csv: expected rows for the 26 images and no others" in sentence
+    assert not (tmp_path / "torn.zarr/zarr.json").exists()
 
 
 def a_press(time_s):

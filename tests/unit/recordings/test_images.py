@@ -12,6 +12,7 @@ import pytest
 import afferents
 from afferents.errors import InputError
 from afferents.files import checksum, size_of
+from afferents.recordings import pictures
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.video import open_clip
 
@@ -207,3 +208,16 @@ def test_a_session_names_the_csv_of_times(folder):
     assert [f.time_s for f in recording.video.frames()] == pytest.approx([0, 0.1, 0.25, 1])
     (root / "session.toml").write_text(toml + "fps_hz = 25\n")  # the CSV's clock is wrong
     assert afferents.read_session(root).recordings[0].video.duration_s == pytest.approx(5 / 25)
+
+
+def test_two_images_are_decoded_at_once_where_there_are_two_cores(folder, monkeypatch):
+    images, read, both = ImageFolder(folder, 10.0), pictures._read, threading.Barrier(2, timeout=30)
+    assert images.width == 6  # the first is read alone for that
+
+    def read_beside_another(path):
+        both.wait()
+        return read(path)
+
+    monkeypatch.setattr(pictures, "_read", read_beside_another)
+    monkeypatch.setattr("joblib.cpu_count", lambda: 2)
+    assert len(list(images.frames())) == 4
