@@ -3,8 +3,8 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -302,17 +302,22 @@ class PublishedSession(DataSet):
 
     def scan(self) -> Session:
         """Return a recording a condition; only the grid is checked."""
-        return session_of(self.root, self.declared().at_rate(self.fps_hz))
+        return session_of(self.root, self._declared)
+
+    @cached_property
+    def _declared(self) -> SessionFile:
+        """Of many runs it takes a while, and each recording is checked against it."""
+        return self.declared().at_rate(self.fps_hz)
 
     def at_rate(self, fps_hz: float) -> Self:
         """Return it with the true frame rate of its videos."""
-        found = copy(self)
+        found = type(self)(self.path)
         found.fps_hz = rate_in(fps_hz)
         return found
 
     def check(self, recording: Recording) -> list[QualityIssue]:
         """Return what differs from the session's own declaration."""
-        return check_recording(recording, self.declared().at_rate(self.fps_hz), KINDS)
+        return check_recording(recording, self._declared, KINDS)
 
     def describe(self, session: RecordingSet) -> list[str]:
         """Say whether there is a marker reference, and what was found but is not used."""

@@ -50,22 +50,19 @@ MOVING = 0.5
 _RUN = re.compile(r"run_(\d+)")
 
 
-def _rows(root: Path) -> list[dict[str, str]]:
-    """Return the rows of ``targets.csv``, without cells that are empty."""
+def _rows(root: Path, *needed: str) -> list[dict[str, str]]:
+    """Return the rows of ``targets.csv``, without cells that are empty: none of those needed."""
     path = root / TARGETS
     with reading(path, "a readable CSV file"):
         table = pd.read_csv(path, dtype=str, skipinitialspace=True)
-    if TEXTURE not in table:
-        found = ", ".join(map(str, table))
-        raise InputError(
-            f"{path}: expected the column '{TEXTURE}', found {found}; rename the one that names "
-            "what was touched"
-        )
-    rows = [{k: v for k, v in row.items() if v == v} for row in table.to_dict("records")]
+    rows = [{str(k): str(v) for k, v in r.items() if v == v} for r in table.to_dict("records")]
     for number, row in enumerate(rows, start=2):
-        if TEXTURE not in row:
-            raise InputError(f"{path}, line {number}: expected a class, found none; write it there")
-    return [{str(k): str(v) for k, v in row.items()} for row in rows]
+        if lacking := [name for name in needed if name not in row]:
+            raise InputError(
+                f"{path}, line {number}: expected a cell in the column '{lacking[0]}', found "
+                f"{', '.join(row) or 'none'}; rename the column that it is, or fill it in"
+            )
+    return rows
 
 
 def _conditions(row: Mapping[str, str], *without: str) -> dict[str, float]:
@@ -124,19 +121,13 @@ class Streams(PublishedSession):
             parts = [str(self.path / part) for part in PARTS if _is_streams(self.path / part)]
             raise InputError(
                 f"{self.path}: expected one part, which has a {STILLS}/0.png of its own, found "
-                f"{' and '.join(parts)}; give one of them: several stores can be learnt from "
-                "together"
+                f"{' and '.join(parts) or 'none'}; give such a part: several stores can be learnt "
+                "from together"
             )
         _require_one_layout(self.path)
-        stills, without, recordings = self.path / STILLS, [], []
-        rests = []
-        for row in _rows(self.path):
-            if "tactile_images" not in row:
-                raise InputError(
-                    f"{self.path / TARGETS}: expected an image in each row of 'tactile_images', "
-                    "found none in one; write it there, or take the row out"
-                )
-            image = PureWindowsPath(row["tactile_images"])
+        stills, without, recordings, rests = self.path / STILLS, [], [], []
+        for row in _rows(self.path, STILLS, TEXTURE):
+            image = PureWindowsPath(row[STILLS])
             if row[TEXTURE] == AT_REST:
                 rests.append(f"{STILLS}/{image.name}")
             elif (stills / image.stem).is_dir():
@@ -145,7 +136,7 @@ class Streams(PublishedSession):
                     "video": f"{STILLS}/{image.stem}",
                     "texture": row[TEXTURE],
                     "rest_frame": 0,
-                    "conditions": _conditions(row, TEXTURE, "tactile_images"),
+                    "conditions": _conditions(row, TEXTURE, STILLS),
                 })  # fmt: skip
             elif (stills / image.name).is_file():
                 without.append(Path(image.name))
@@ -201,6 +192,10 @@ class Runs(PublishedSession):
                 **self._steady(folder, files),
                 "conditions": _conditions(row, TEXTURE, "linear_speed"),
             })  # fmt: skip
+        if not recordings:
+            raise InputError(
+                f"{self.path}: expected run_1 and others beside the press, found none; copy them"
+            )
         more = {"press": {**press, "texture": "press", "id": "run_0"}} if press else {}
         notes = [
             f"Pose or force of {len(without)} of {len(recordings)} runs is not kept "
@@ -234,7 +229,7 @@ class Runs(PublishedSession):
         self, runs: Sequence[int], has_press: bool
     ) -> Iterator[tuple[int, dict[str, str]]]:
         """Yield each run but the press and its row: the one that names it, else in order."""
-        rows = _rows(self.path)
+        rows = _rows(self.path, TEXTURE)
         found = [next(filter(None, map(_RUN.search, row.values())), None) for row in rows]
         if all(found):
             by_number = {int(m[1]): row for m, row in zip(found, rows, strict=True) if m}

@@ -91,7 +91,7 @@ TORN = {
     ),
     "no classes": (
         lambda root: cut(root / "targets.csv", "tactile_images,label\n1.png,felt\n"),
-        r"targets\.csv: expected the column 'class', found tactile_images, label; rename",
+        r"targets\.csv, line 2: expected a cell in the column 'class', found tactile_images, label",
     ),
     "no stream": (
         lambda root: (
@@ -146,7 +146,9 @@ def test_what_is_wrong_with_streams_is_one_sentence(streams, fails, tmp_path, wh
 
 def test_the_folder_of_both_parts_is_refused(streams):
     write_streams(streams.parent / "val")
-    with pytest.raises(InputError, match=r"one part, .* found \S*train and \S*val; give one of"):
+    with pytest.raises(
+        InputError, match=r"one part, .* found \S*train and \S*val; give such a part"
+    ):
         afferents.read_session(streams.parent)
 
 
@@ -167,6 +169,13 @@ BROKEN = {
     "a row without a run": (
         lambda root: cut(root / "targets.csv", "sample,class\nrun_1,a\nrun_3,b\n"),
         r"targets\.csv: expected a row for each run .* found run_2 without the other",
+    ),
+    "only a press": (
+        lambda root: (
+            [shutil.rmtree(root / run) for run in ("run_1", "run_2")]
+            and cut(root / "targets.csv", "class\nfelt\n")
+        ),
+        r"runs: expected run_1 and others beside the press, found none",
     ),
     "other events": (
         lambda root: cut(root / "run_1/control_data.csv", "timestamp,event\n100,begin\n"),
