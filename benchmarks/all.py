@@ -20,6 +20,7 @@ from afferents.files import write_text
 HERE = Path(__file__).parent
 SHORT = {
     "tracking": ["--rounds", "1", "--seconds", "5"],
+    "pictures": ["--rounds", "1", "--frames", "20"],
     "rig_speed": ["1"],
     "training_speed": ["--repeats", "1"],
     "engine_speed": ["--jobs", "2", "--repeats", "1"],

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.layouts import AUDIO, REFERENCE, VIDEO
-from afferents.recordings.session import read_session
 from afferents.recordings.video import open_video
 
 Picture = NDArray[np.uint8]

@@ -29,7 +29,7 @@ def named_by_files(data: str, paths: list[str]) -> list[Responses]:
         for path in paths:
             (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
             (Path(folder) / path).touch()
-        found = Described(folder, PACKAGED[data]).recordings().recordings
+        found = Described(folder, PACKAGED[data]).scan().recordings
     return [xr.Dataset(attrs={"name": one.name, **labels_of(one)}) for one in found]
 
 

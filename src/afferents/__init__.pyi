@@ -164,14 +164,14 @@ from .recordings.data_set import (
 from .recordings.data_sets import (
     DATA_SETS as DATA_SETS,
 )
+from .recordings.data_sets import (
+    read_session as read_session,
+)
 from .recordings.fetch.fetch import (
     fetch as fetch,
 )
 from .recordings.session import (
     Session as Session,
-)
-from .recordings.session import (
-    read_session as read_session,
 )
 from .recordings.video import (
     open_video as open_video,

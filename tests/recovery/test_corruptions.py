@@ -19,8 +19,7 @@ from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
 from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
-from afferents.recordings.data_sets import data_set_of
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import data_set_of, read_session
 from afferents.recordings.video import open_video
 from afferents.reproduction.run_folder import status
 from afferents.store.responses import read_whole
@@ -83,7 +82,7 @@ def read_video(path):
 
 
 def read_slides(path):
-    for recording in data_set_of(f"fabricslide:{path.parent}").recordings().recordings:
+    for recording in data_set_of(f"fabricslide:{path.parent}").scan().recordings:
         recording.audio.read()
 
 

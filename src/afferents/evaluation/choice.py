@@ -170,7 +170,7 @@ def say_choice(
 ) -> None:
     """Say what clocks rest on, and which options of encodings were chosen where we choose."""
     for data_set in (one.origin.data_set for one in data if one.origin.data_set.chooses_encodings):
-        for sentence in data_set.describe(data_set.recordings()):
+        for sentence in data_set.describe(data_set.scan()):
             progress.note(sentence)
     if not data[0].origin.data_set.chooses_encodings:
         return

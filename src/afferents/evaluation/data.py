@@ -113,7 +113,7 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             digests = [str(r.attrs[DIGEST]) for r in responses]
             fingerprint = hashlib.sha256(json.dumps([config, digests]).encode()).hexdigest()
         else:
-            session = data_set.recordings()
+            session = data_set.scan()
             require_own_files(session)
             responses, failed = _read(session, data_set.title, keep_going, progress)
             fingerprint = session.checksum

@@ -26,7 +26,8 @@ from afferents.errors import InputError
 from afferents.files import Place, holds_only, require_free, write_aside
 from afferents.plugins import import_extra
 from afferents.progress import Progress
-from afferents.recordings.session import read_session, recordings_of
+from afferents.recordings.data_sets import read_session
+from afferents.recordings.session import recordings_of
 from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
 from afferents.store.zarr_store import open_whole

@@ -9,7 +9,8 @@ import cv2
 
 from afferents.errors import InputError
 from afferents.files import Place
-from afferents.recordings.session import read_session, recordings_of
+from afferents.recordings.data_sets import read_session
+from afferents.recordings.session import recordings_of
 from afferents.recordings.video import VideoFile
 from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.integrity import is_group

@@ -16,6 +16,7 @@ from afferents import dims
 from afferents.channels import ra1, ra2, sa1
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
+from afferents.extraction.clocks import describe, measure_clocks, with_clocks
 from afferents.extraction.copies import notes_of, with_fingerprint
 from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
@@ -31,13 +32,16 @@ from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.media import named
-from afferents.recordings.session import Session, read_session, require_rates_that_agree
+from afferents.recordings.pictures import ImageFolder
+from afferents.recordings.session import Session, require_rates_that_agree
 from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import Footage
+from afferents.store.beside import Lag
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
-from afferents.store.recording import Recording
+from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
     OtherFilesError,
@@ -126,6 +130,10 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     given, fps_hz = extraction.session, extraction.fps_hz
     session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
     sensors = sensors_of(session, extraction.sensor)
+    if session.declared.rest is not None:
+        extraction = extraction.model_copy(update={"rest": session.declared.rest})
+    lags = measure_clocks(session, sensors)
+    session = with_clocks(session, lags)
     reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
@@ -135,6 +143,8 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
         _remove_declared_otherwise(session, declared, extraction.out)
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
+        for sentence in describe(lags, session.press.name) if session.press else ():
+            progress.note(sentence)
         outcomes = _outcomes(session, sensors, declared, reference, extraction, progress)
         try:
             with closing(outcomes):  # no process writes any more
@@ -199,7 +209,8 @@ def _outcomes(
         order = None if reference is None else reference.tolist()
         files = [str(path) for recording in session.recordings for path in recording.files]
         given = extraction.model_dump(mode="json")
-        sent = json.dumps({"extraction": given, "reference": order, "files": files})
+        lags = {log.name: log.lag for r in session.recordings for log in r.beside}
+        sent = json.dumps({"extraction": given, "reference": order, "files": files, "lags": lags})
         far = ((sent, recording.name) for recording in session.recordings)
         packages = SAME + OF_RECORDINGS
         return on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
@@ -229,14 +240,24 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
     if extraction.rest == "reference":
         if session.reference is None or extraction.method == "published":
             raise InputError(
-                "--rest reference: expected a session with throw_away.mp4 and a tracker other "
+                "--rest reference: expected a session with a reference clip (throw_away.mp4, or "
+                "'reference' in the session file) and a tracker other "
                 "than 'published', found "
                 f"{'none' if session.reference is None else 'the published tracker'}"
             )
-        return ordered_rest(session.reference, sensor)
+        return ordered_rest(session.reference, of_still(session.reference, sensor))
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, sensor)
+    return rest_positions(session.reference, of_still(session.reference, sensor))
+
+
+def of_still(reference: Video, sensor: Sensor) -> Sensor:
+    """Return the sensor for a reference clip, whose only frame is the rest frame if it is a still.
+
+    Other clips have the rest frame that the sensor file says.
+    """
+    is_still = isinstance(reference, ImageFolder) and reference.n_frames == 1
+    return sensor.model_copy(update={"rest_frame": 0}) if is_still else sensor
 
 
 def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
@@ -283,6 +304,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
     require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
+    session = with_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
     sensors = sensors_of(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors
 
@@ -304,12 +326,15 @@ def _extract_one(
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")
         recording = replace(recording, audio=None)
+    beside = recording.beside
+    began_s = getattr(recording.video, "began_s", 0.0) if beside else 0.0
     recording = watched(recording)
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
     if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
+    found = found.assign({log.name: log.variable(began_s) for log in beside})
     issues += require_accepted(find_issues(recording, found), extraction.accept)
     found = with_issues(with_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)

@@ -11,6 +11,7 @@ from afferents.errors import InputError
 from afferents.files import checksum
 from afferents.markers.sensor import Sensor, Sensors
 from afferents.quality.issues import Kind
+from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 from afferents.version import __version__
@@ -101,4 +102,8 @@ def declared_of(recording: Recording, session: Session, sensors: Sensors) -> str
         "sensor": own,
         "fps_hz": getattr(recording.video, "rate_hz", None),
     }
+    if isinstance(recording.video, ImageFolder) and recording.video.times is not None:
+        declared["times"] = checksum(recording.video.times)
+    if recording.beside:
+        declared["beside"] = [[log.name, checksum(log.path), *log.lag] for log in recording.beside]
     return json.dumps(declared)

@@ -10,6 +10,7 @@ from afferents.files import Place, has_mark, require_free, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.check import RATE_TOLERANCE
+from afferents.recordings.data_sets import read_session, readers
 from afferents.recordings.described import DATA_SET_FILE, Described
 from afferents.recordings.guess import (
     Guess,
@@ -20,7 +21,6 @@ from afferents.recordings.guess import (
 )
 from afferents.recordings.layouts import published
 from afferents.recordings.media import Pattern, is_sound, media_in, named
-from afferents.recordings.session import read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
 from afferents.store.recording import RecordingSet, require_utf8
@@ -69,7 +69,7 @@ def _outcome_of_tables(folder: Path) -> list[str]:
     """Say what it reads as, and leaves out, or what is still to be mended."""
     try:
         data_set = Described(folder)
-        session = data_set.recordings()
+        session = data_set.scan()
         for recording in session.recordings[:1]:
             if recording.audio is not None:
                 recording.audio.read()
@@ -164,6 +164,12 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
     if not folder.is_dir():
         found_there = "a file" if folder.exists() else "no such folder"
         raise InputError(f"{folder}: expected a folder of recordings, found {found_there}")
+    kinds = (kind for kind in readers().values() if not kind.drafted and kind.recognises(folder))
+    if known := next(kinds, None):
+        raise InputError(
+            f"{folder}: expected a folder that needs a description, found {known.title}, which "
+            f"'afferents extract {folder} OUT.zarr' reads as they are"
+        )
     if _is_of_tables(folder):
         return _first_data_set(folder, force)
     target = folder / SESSION_TOML

@@ -20,7 +20,7 @@ from afferents import dims
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
-from afferents.extraction.extract import find_issues, responses_of, watched
+from afferents.extraction.extract import find_issues, of_still, responses_of, watched
 from afferents.files import Place, is_our_picture, require_free
 from afferents.inspection.files import (
     MARKERS,
@@ -191,7 +191,7 @@ def inspect(
     out = Path(out)
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_heard = is_sound(path)
-    is_clip = (path.is_file() or is_image_folder(path)) and not Described.is_at(path)
+    is_clip = (path.is_file() or is_image_folder(path)) and not Described.recognises(path)
     if drawn is not None and (is_heard or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
     for name in (MARKERS, RESPONSES, VIBRATION, STEADINESS):
@@ -269,7 +269,7 @@ def inspect_recordings(
 ) -> Inspection:
     """Check every recording of a data set, all pictures and samples; draw the first vibration."""
     with in_a_sentence(source):
-        session = data_set.recordings()
+        session = data_set.scan()
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
     found.sentences += reference_sentences(session, sensor)
@@ -335,7 +335,8 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
     if session.reference is None or not isinstance(session, FolderSession):
         return []
     try:
-        rest_positions(session.reference, sensors_of(session, sensor).usual)
+        usual = sensors_of(session, sensor).usual
+        rest_positions(session.reference, of_still(session.reference, usual))
     except AfferentsError as error:
         return [f"The published tracker can't be led by it: {error}."]
     return []

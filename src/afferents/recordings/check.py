@@ -11,7 +11,7 @@ from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
-from afferents.recordings.media import ImageFolder
+from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
 from afferents.store.recording import Recording, RecordingSet

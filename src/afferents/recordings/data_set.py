@@ -14,12 +14,15 @@ from afferents.store.responses import Responses
 
 
 class DataSet(ABC):
-    """Recordings as some lab keeps them; it knows all that is peculiar to their files.
+    """A reader of recordings as some lab keeps them; it knows all that is peculiar to their files.
 
-    To add one, subclass it and write `recordings`, whose sound (`Vibration`) is then
-    what is learnt from. Give it to `afferents.evaluate` and the other commands in place of a path,
-    or name its class in `DATA_SETS`. On a command line it is ``my_data.py:mine``, for
-    one that is made there, or ``my_data.py:Gloves:PATH``.
+    To add one, subclass it and write `scan`; `recognises` tells whether a path is of it, and `read`
+    returns one recording. What is learnt from is their sound (`Vibration`), or with
+    `extracted_first` what `extract` makes of the videos of a `Session` (`Session.from_table`). Give
+    it to `afferents.evaluate` and the other commands in place of a path. On a command line it is
+    ``my_data.py:mine``, for one that is made there, or ``my_data.py:Gloves:PATH``. A package offers
+    its own to all who install it by an entry point:
+    ``[project.entry-points."afferents.recordings"]``, ``gloves = "my_package:Gloves"``.
 
     >>> class Gloves(DataSet):
     ...     '''Runs of a microphone in a glove, ``{cloth}_{mm/s}.wav``, a second a decision.'''
@@ -27,7 +30,7 @@ class DataSet(ABC):
     ...     name, title = "gloves", "gloves"
     ...     encodings = {"spectral": {"window_s": 1.0}}
     ...
-    ...     def recordings(self):
+    ...     def scan(self):
     ...         return Session(self.path, tuple(map(self.run, sorted(self.path.glob("*.wav")))))
     ...
     ...     def run(self, path):
@@ -40,7 +43,7 @@ class DataSet(ABC):
     >>> with TemporaryDirectory() as folder:
     ...     for run in ("silk_20", "silk_40", "wool_20"):
     ...         soundfile.write(f"{folder}/{run}.wav", np.zeros(8000), 8000)
-    ...     found = Gloves(folder).recordings()
+    ...     found = Gloves(folder).scan()
     ...     print(found.textures, found.speeds_mm_s, dict(found.recordings[2].audio.read().sizes))
     ('silk', 'wool') (20.0, 40.0) {'audio_time': 8000, 'channel': 1}
 
@@ -54,6 +57,8 @@ class DataSet(ABC):
         Options of encodings that suit it, by name of the encoding; those not named are as ever.
     chooses_encodings
         Whether options that `encodings` does not name are chosen to suit rate, lengths and speeds.
+    drafted
+        Whether `init` drafts the file that describes it.
     extracted_first
         Whether its recordings are extracted into a store before anything learns from them.
     path
@@ -64,6 +69,7 @@ class DataSet(ABC):
     title: str
     encodings: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
     chooses_encodings: ClassVar[bool] = False
+    drafted: ClassVar[bool] = True
     extracted_first: ClassVar[bool] = False
 
     def __init__(self, path: str | Path) -> None:
@@ -74,13 +80,13 @@ class DataSet(ABC):
         return f"{self.name}:{self.path}"
 
     @classmethod
-    def is_at(cls, path: Path) -> bool:
+    def recognises(cls, path: Path) -> bool:
         """Tell whether a path that comes without a name is of this data set, by a look at it."""
         return False
 
     @abstractmethod
-    def recordings(self) -> RecordingSet:
-        """Return its recordings, each of a name of its own; files are opened when asked for.
+    def scan(self) -> RecordingSet:
+        """Return its recordings, each with an id, label, conditions and clock; decode nothing.
 
         Raises
         ------
@@ -88,21 +94,35 @@ class DataSet(ABC):
             If there are none, or they are not what they should be.
         """
 
+    def read(self, name: str) -> Recording:
+        """Return the recording of an id; its frames and samples are decoded when asked for.
+
+        Raises
+        ------
+        InputError
+            If there is none of this id; as `scan`.
+        """
+        found = {one.name: one for one in self.scan().recordings}
+        if name not in found:
+            some = ", ".join(list(found)[:5])
+            raise InputError(f"{self}: expected an id of its recordings ({some}), found '{name}'")
+        return found[name]
+
     def responses(self) -> Sequence[Responses] | None:
         """Return responses as in `store.responses`, where files hold such; None where they don't.
 
         Raises
         ------
         InputError
-            As `recordings`.
+            As `scan`.
         """
         return None
 
     def config(self) -> Mapping[str, Any]:
         """Return what is known of all its responses, read anew; empty where nothing is.
 
-        `recordings` names all that there should be; `sensor` is what the markers were followed
-        with (`Sensor.model_dump`); `declared` may say that they are ``simulated``.
+        Its `recordings` names all that there should be; `sensor` is what the markers were
+        followed with (`Sensor.model_dump`); `declared` may say that they are ``simulated``.
         """
         return {}
 

@@ -1,17 +1,19 @@
-"""The kinds of data set by name, and which one a path is."""
+"""The formats of recordings, a reader each, and which of them a path is of."""
 
 import re
 from collections.abc import Mapping
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from inspect import isclass
 from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
-from afferents.plugins import named, reference_of
+from afferents.plugins import imported, in_a_sentence, named, reference_of
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.described import PACKAGED, Described
-from afferents.recordings.session import PublishedSession
+from afferents.recordings.session import Pictures, PublishedSession, Session
+from afferents.recordings.tactile_bench import Runs, Streams
 from afferents.store.integrity import is_group
 from afferents.store.recording import RecordingSet
 from afferents.store.responses import Responses
@@ -24,11 +26,11 @@ class Stored(DataSet):
     name, title = "store", "A store"
 
     @classmethod
-    def is_at(cls, path: Path) -> bool:
+    def recognises(cls, path: Path) -> bool:
         """Tell whether there is a Zarr store."""
         return is_group(path)
 
-    def recordings(self) -> RecordingSet:
+    def scan(self) -> RecordingSet:
         """Refuse: a store holds none."""
         raise InputError(f"{self.path}: expected recordings, found a store of their responses")
 
@@ -41,12 +43,58 @@ class Stored(DataSet):
         return store_config(self.path)
 
 
-# The data sets by name, and which one a path is of.
-
 DATA_SETS: dict[str, type[DataSet]] = {
-    kind.name: kind for kind in (Stored, Described, PublishedSession)
+    kind.name: kind for kind in (Stored, Described, Streams, Runs, Pictures, PublishedSession)
 }
-"""A path that comes without a name is of the first that knows it, else of the last."""
+"""Those of the package. A path that comes without a name is of the first that recognises it, else
+of the last."""
+ENTRY_POINTS = "afferents.recordings"
+"""Group of the entry points by which other packages add readers."""
+
+
+def readers() -> dict[str, type[DataSet]]:
+    """Return all readers by name: the package's, and those that installed packages add.
+
+    Raises
+    ------
+    InputError
+        If one can't be imported, is no `DataSet`, or has the name of another.
+    """
+    found = dict(DATA_SETS)
+    for point in entry_points(group=ENTRY_POINTS):
+        where = f"entry point '{point.name}' ({point.value})"
+        kind = imported(point.value, where)
+        if not (isclass(kind) and issubclass(kind, DataSet) and kind.name not in found):
+            raise InputError(
+                f"{where}: expected a class of afferents.DataSet with a name of its own, found "
+                f"{getattr(kind, 'name', kind)!r}; mend or uninstall the package that has it"
+            )
+        found[kind.name] = kind
+    return found
+
+
+def _recognised(path: Path) -> DataSet:
+    """Return the data set that a path without a name is.
+
+    Raises
+    ------
+    InputError
+        If a reader of another package raises, or recognises what another reader does.
+    """
+    claims = []
+    for kind in readers().values():
+        with in_a_sentence(f"{path}, reader '{kind.name}'"):
+            claims += [kind] if kind.recognises(path) else []
+    if len(claims) > 1 and any(kind.name not in DATA_SETS for kind in claims):
+        names = [kind.name for kind in claims]
+        raise InputError(
+            f"{path}: expected files of one reader, found that {' and '.join(names)} take them for "
+            f"theirs; say which: {' or '.join(f'{name}:{path}' for name in names)}"
+        )
+    *_, last = DATA_SETS.values()
+    first = next((kind for kind in claims if kind is not last), None)
+    return first(path) if first else _packaged(path) or last(path)
+
 
 _OWN = re.compile(r"(?P<where>(?:.+\.py|\w[\w.]*):[^\W\d][\w.]*)(?::(?P<path>.+))?")
 
@@ -57,7 +105,7 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     Parameters
     ----------
     wanted
-        A path, ``NAME:PATH`` with a name in `DATA_SETS` or `PACKAGED`, a `DataSet` of one's own,
+        A path, ``NAME:PATH`` with a name in `readers` or `PACKAGED`, a `DataSet` of one's own,
         or where one is: ``file.py:NAME``, ``package.module:NAME``, or, of a class,
         ``file.py:NAME:PATH``.
 
@@ -70,28 +118,60 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     if isinstance(wanted, DataSet):
         return wanted
     name, colon, path = str(wanted).partition(":")
-    if colon and name in DATA_SETS:
-        return DATA_SETS[name](path)
+    kinds = readers() if colon else {}
+    if name in kinds:
+        return kinds[name](path)
     if colon and name in PACKAGED:
         return Described(path, PACKAGED[name])
     there = Path(wanted)
     is_word = re.fullmatch(r"\w\w+", name) and ":" not in path and not there.exists()
     if colon and is_word and find_spec(name) is None:
-        known = ", ".join([*DATA_SETS, *PACKAGED])
+        known = ", ".join([*kinds, *PACKAGED])
         raise InputError(
             f"{wanted}: expected a path, NAME:PATH with a NAME of {known}, or a data set of your "
             "own as FILE.py:NAME, found none of them"
         )
     if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
         return _own(own["where"], own["path"])
-    *others, last = DATA_SETS.values()
-    kind = next((kind for kind in others if kind.is_at(there)), None)
-    return kind(there) if kind else _packaged(there) or last(there)
+    return _recognised(there)
+
+
+def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
+    """Read a folder of recordings; no video or audio is opened until it is asked for.
+
+    Parameters
+    ----------
+    root
+        A session folder (see `PublishedSession`), or what another reader of videos recognises.
+    fps_hz
+        True frame rate of all its videos, where their containers' is wrong: times then count from
+        it. It goes before what the session file says. None for what that and the containers say.
+
+    Returns
+    -------
+    Session
+        Recordings named ``<texture>/<speed>``, ``<texture>/<speed>/<repetition>`` or by their id,
+        by texture in natural order, then by speed.
+
+    Raises
+    ------
+    InputError
+        If the folder is missing or unreadable, holds no condition, has a condition whose
+        folder is not named by a speed, its grid has a hole that the session file does not
+        declare, or some conditions have a video (or audio) and others have none.
+    """
+    found = data_set_of(root)
+    found = found if found.extracted_first else PublishedSession(root)
+    with in_a_sentence(str(root)):
+        session = (found if fps_hz is None else found.at_rate(fps_hz)).scan()
+    if not isinstance(session, Session):
+        raise InputError(f"{root}: expected recordings to extract, found {type(session).__name__}")
+    return session
 
 
 def source_of(wanted: str | Path | DataSet) -> str:
     """Return what `data_set_of` finds it by again; of an object its class and path, if it can."""
-    if not isinstance(wanted, DataSet) or type(wanted) in DATA_SETS.values():
+    if not isinstance(wanted, DataSet) or type(wanted) in readers().values():
         return str(wanted)
     try:
         return f"{reference_of(type(wanted))}:{wanted.path}"

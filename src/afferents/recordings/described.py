@@ -55,7 +55,7 @@ class Described(DataSet):
         self.encodings = self.form.encodings
 
     @classmethod
-    def is_at(cls, path: Path) -> bool:
+    def recognises(cls, path: Path) -> bool:
         """Tell whether it is a TOML file, or a folder that holds one of the expected name."""
         if path.is_dir():
             return (path / DATA_SET_FILE).is_file()
@@ -87,7 +87,7 @@ class Described(DataSet):
                 return found
         return []
 
-    def recordings(self) -> RecordingSet:
+    def scan(self) -> RecordingSet:
         """Return a recording a file; a file's fault shows when it is read."""
         if not self.root.is_dir():
             raise InputError(

@@ -10,9 +10,9 @@ from pathlib import Path
 from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
+    IMAGES,
     SPEED,
     TEXTURE,
-    ImageFolder,
     Pattern,
     as_speed,
     is_sound,
@@ -20,6 +20,7 @@ from afferents.recordings.media import (
     media_in,
     named,
 )
+from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
 from afferents.recordings.session_file import (
     SESSION_FILE,
     SESSION_TOML,
@@ -29,6 +30,7 @@ from afferents.recordings.session_file import (
     session_file,
 )
 from afferents.recordings.video import VideoFile
+from afferents.store.beside import Beside
 from afferents.store.recording import Recording, Video, as_label, require_utf8
 
 # The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
@@ -117,17 +119,17 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
     )
 
 
-def video_of(path: Path, declared: SessionFile, own_hz: float | None = None) -> Video:
-    """Return a video, or a folder of images as one; `own_hz` is what is said of it alone."""
-    if not path.is_dir():
-        return VideoFile(path, own_hz or (declared.fps_hz if declared.fps_overrules else None))
-    fps_hz = own_hz or (declared.fps_hz if "fps_hz" in declared.model_fields_set else None)
-    if fps_hz is None:
-        raise InputError(
-            f"{path}: expected the rate at which the images were taken, found none; write fps_hz "
-            f"into {declared.file}"
-        )
-    return ImageFolder(path, fps_hz)
+def video_of(
+    path: Path, declared: SessionFile, own_hz: float | None = None, times: Path | None = None
+) -> Video:
+    """Return a video, or images as one; `own_hz` and the CSV `times` are said of it alone."""
+    true_hz = own_hz or (declared.fps_hz if declared.fps_overrules else None)
+    if not (path.is_dir() or path.suffix.lower() == ZIP):
+        return VideoFile(path, true_hz)
+    times = times or times_beside(path)
+    if times is None and "fps_hz" in declared.model_fields_set:
+        true_hz = true_hz or declared.fps_hz
+    return ImageFolder(path, true_hz, times)
 
 
 def session_around(path: Path) -> tuple[SessionFile, float | None]:
@@ -144,10 +146,17 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
     return SessionFile(sensor_channel=None), None
 
 
-def reference_in(recording: Recording) -> Video | None:
-    """Return the video that fixes the order of the markers, beside the first recording."""
-    path = recording.source / REFERENCE
+def reference_in(root: Path, declared: SessionFile, first: Recording) -> Video | None:
+    """Return the skin at rest, as is declared, or as a clip beside the first recording shows it."""
+    if (path := _there(root, declared.reference, declared)) is not None:
+        return ImageFolder(path, 1.0) if path.suffix.lower() in IMAGES else video_of(path, declared)
+    path = first.source / REFERENCE
     return VideoFile(path) if path.is_file() else None
+
+
+def press_in(root: Path, declared: SessionFile) -> Recording | None:
+    """Return the recording by which clocks are set; None where none is declared."""
+    return _listed_recording(root, declared.press, declared) if declared.press else None
 
 
 # Recordings that a session file names, one by one or by a pattern.
@@ -258,18 +267,24 @@ def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile)
     repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
     said = "direction" in declared.model_fields_set
     direction = {"direction": declared.direction} if said else {}
-    video, audio = (_there(root, file, declared) for file in (entry.video, entry.audio))
+    video, audio, times = (
+        _there(root, file, declared) for file in (entry.video, entry.audio, entry.times)
+    )
     return Recording(
         name=entry.name,
         texture=entry.texture,
         speed_mm_s=entry.speed_mm_s,
         source=root / entry.file,
-        video=video_of(video, declared, entry.fps_hz) if video else None,
+        video=video_of(video, declared, entry.fps_hz, times) if video else None,
         audio=WavFile(audio, declared.channel) if audio else None,
         steady_s=entry.steady_s or declared.steady_s,
         conditions={**direction, **declared.conditions, **repetition, **entry.conditions},
         sensor=sensor_named(root, entry.sensor) if entry.sensor else None,
         rest_frame=declared.rest_frame if entry.rest_frame is None else entry.rest_frame,
+        beside=tuple(
+            Beside(log.name, root / log.file, log.time, log.columns, log.units)
+            for log in entry.beside
+        ),
     )
 
 

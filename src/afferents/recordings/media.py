@@ -1,162 +1,17 @@
-"""Files that hold a recording, folders of images among them, and patterns of their names."""
+"""Which files hold a recording, folders of images among them, and patterns of their names."""
 
 import glob
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Set
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Collection, Iterable, Mapping, Set
 from pathlib import Path
-from typing import Any
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from afferents.errors import InputError, reason_of, then
 from afferents.files import is_hidden, walk
-from afferents.store.recording import Frame, natural_order
+from afferents.store.recording import natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
 """Endings of what is taken for an image."""
-
-_NUMBER = re.compile(r"\d+$")
-
-
-@dataclass(frozen=True)
-class ImageFolder:
-    """Images whose names end in numbers, such as ``frame_0001.png``: the frames of a video.
-
-    Implements `afferents.store.recording.Video`.
-
-    Parameters
-    ----------
-    path
-        The folder.
-    fps_hz
-        Images a second, which nothing in the files says. A number that is missing is a frame that
-        was lost: the others keep their times.
-    """
-
-    path: Path
-    fps_hz: float
-
-    @property
-    def rate_hz(self) -> float:
-        """What times count from, Hz, as of a video file."""
-        return self.fps_hz
-
-    @cached_property
-    def numbered(self) -> dict[int, Path]:
-        """The images by their numbers, ascending.
-
-        Raises
-        ------
-        InputError
-            If there is none, or two have one number.
-        """
-        what = "a folder of numbered images"
-        if not self.path.is_dir():
-            raise InputError(f"{self.path}: expected {what}, found no such folder")
-        found: dict[int, Path] = {}
-        for path in sorted(self.path.iterdir()):
-            number = _NUMBER.search(path.stem) if path.suffix.lower() in IMAGES else None
-            if number is None or path.name.startswith("."):
-                continue
-            other = found.setdefault(int(number[0]), path)
-            if other != path:
-                raise InputError(
-                    f"{self.path}: expected images with a number each, found {other.name} and "
-                    f"{path.name}; move those that are not of this recording elsewhere"
-                )
-        if not found:
-            raise InputError(f"{self.path}: expected {what}, found none in it")
-        return dict(sorted(found.items()))
-
-    @cached_property
-    def bits(self) -> int:
-        """Bits that the camera gave of each pixel: 8, or up to 16 in images of 16 bits.
-
-        Cameras of 10, 12 or 14 bits leave the upper ones of 16 empty, and no header says so: it is
-        the least even number that holds the brightest pixel of all images.
-        """
-        if self._first.dtype == np.uint8:
-            return 8
-        brightest = max(int(_read(path).max()) for path in self.numbered.values())
-        return max(8, brightest.bit_length() + brightest.bit_length() % 2)
-
-    @cached_property
-    def _first(self) -> NDArray[Any]:
-        return _read(next(iter(self.numbered.values())))
-
-    @property
-    def width(self) -> int:
-        """Width of the first image, px."""
-        return int(self._first.shape[1])
-
-    @property
-    def height(self) -> int:
-        """Height of the first image, px."""
-        return int(self._first.shape[0])
-
-    @property
-    def n_frames(self) -> int:
-        """How many images there are."""
-        return len(self.numbered)
-
-    @cached_property
-    def _step(self) -> int:
-        """From one number to the next, where none is missing."""
-        steps = np.diff(list(self.numbered))
-        if not len(steps):
-            return 1
-        least, between = int(steps.min()), steps % steps.min() != 0
-        if between.any():
-            raise InputError(
-                f"{self.path}: expected numbers that count frames, in steps of {least} or, where "
-                f"some were lost, of a multiple of it, found a step of {steps[between][0]}; number "
-                "the images by frame, not by time"
-            )
-        return least
-
-    @property
-    def duration_s(self) -> float:
-        """From the first image to the end of the last, s."""
-        numbers = list(self.numbered)
-        return ((numbers[-1] - numbers[0]) / self._step + 1) / self.fps_hz
-
-    def frames(self) -> Iterator[Frame]:
-        """Read one image after the other.
-
-        Raises
-        ------
-        InputError
-            If one can't be read, or is of another size or type than the first.
-        """
-        first = next(iter(self.numbered))
-        for number, path in self.numbered.items():
-            image = _read(path)
-            if (image.shape, image.dtype) != (self._first.shape, self._first.dtype):
-                expected, found = (
-                    f"{one.shape[1]}x{one.shape[0]} px in {8 * one.itemsize} bits"
-                    for one in (self._first, image)
-                )
-                raise InputError(f"{path}: expected an image of {expected}, found {found}")
-            time_s = (number - first) / self._step / self.fps_hz
-            yield Frame(time_s, (image >> (self.bits - 8)).astype(np.uint8), bits=self.bits)
-
-
-def _read(path: Path) -> NDArray[Any]:
-    """Return an image in grey, (height, width) uint8 or uint16."""
-    data = np.fromfile(path, np.uint8)
-    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH) if data.size else None
-    if image is None or image.dtype not in (np.uint8, np.uint16):
-        found = "none in it" if image is None else f"{image.dtype}; write it with these"
-        raise InputError(f"{path}: expected a readable image of 8 or 16 bits, found {found}")
-    return np.asarray(image)
-
-
-# Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
 SOUNDS = frozenset({".wav", ".flac", ".ogg", ".rf64"})

@@ -3,8 +3,8 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -27,12 +27,24 @@ from afferents.recordings.layouts import (
     REFERENCE,
     VIDEO,
     listed,
+    press_in,
     published,
+    recording_folders,
     reference_in,
     video_of,
 )
-from afferents.recordings.media import OTHER_SOUNDS, SOUNDS, VIDEOS, left_out, media_in, named
+from afferents.recordings.media import (
+    OTHER_SOUNDS,
+    SOUNDS,
+    VIDEOS,
+    is_image_folder,
+    left_out,
+    media_in,
+    named,
+)
+from afferents.recordings.pictures import ZIP
 from afferents.recordings.session_file import (
+    SESSION_FILES,
     SESSION_TOML,
     ListedRecording,
     SessionFile,
@@ -168,9 +180,12 @@ class Session(RecordingSet):
     """
 
     declared: SessionFile = field(default_factory=SessionFile)
+    press: Recording | None = None
 
     def left_out(self) -> list[str]:
         """Say what lies in the folder, or within its videos, and is not read, and why."""
+        if self.declared.notes is not None:
+            return list(self.declared.notes)
         used = [path for recording in self.recordings for path in recording.files]
         used += [self.reference.path] if self.reference else []
         videos = [r.video.path for r in self.recordings if isinstance(r.video, VideoFile)]
@@ -186,7 +201,7 @@ class Session(RecordingSet):
 
     def resolve(self) -> "Session":
         """Return it with paths that are found from anywhere."""
-        return _session(self.root.resolve(), self.declared)
+        return session_of(self.root.resolve(), self.declared)
 
     def at_rate(self, fps_hz: float | None) -> "Session":
         """Return it with the true frame rate of all videos, Hz; as it is for None.
@@ -196,7 +211,7 @@ class Session(RecordingSet):
         InputError
             If it is no rate, or recordings name theirs.
         """
-        return self if fps_hz is None else _session(self.root, self.declared.at_rate(fps_hz))
+        return self if fps_hz is None else session_of(self.root, self.declared.at_rate(fps_hz))
 
     @classmethod
     def from_table(
@@ -229,7 +244,7 @@ class Session(RecordingSet):
         for number, row in enumerate(rows):
             as_form(row, ListedRecording, f"row {number} of the table", "a recording")
         content = {**declared, "recordings": rows}
-        return _session(folder, declared_by(content, "the table", StrictFile))
+        return session_of(folder, declared_by(content, "the table", StrictFile))
 
 
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
@@ -247,37 +262,70 @@ def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 class PublishedSession(DataSet):
-    """A session folder: see `read_session`."""
+    """A session folder, and what a reader of videos begins with: see `read_session`.
+
+    Where its session file names files, by a list or a pattern, these are the recordings. Else a
+    condition is a folder two levels down, or of a repetition three, that holds a `video` of any
+    kind or `audio.wav`; folders without conditions and hidden ones are ignored.
+
+    Other folders of videos or images are read by a subclass whose `declared` names their files.
+    """
 
     name, title = "session", "A session"
     extracted_first = True
     fps_hz: float | None = None
 
     @classmethod
-    def is_at(cls, path: Path) -> bool:
-        """Take any folder for one: what it lacks is said when it is read."""
-        return path.is_dir()
+    def recognises(cls, path: Path) -> bool:
+        """Tell whether there is a session file, or a folder in the published layout."""
+        if not path.is_dir():
+            return False
+        if any((path / name).is_file() for name in SESSION_FILES):
+            return True
+        with suppress(InputError, OSError):  # which reading it says
+            return any(True for _ in recording_folders(path))
+        return False
 
-    def recordings(self) -> Session:
-        """Return a recording a condition."""
-        return read_session(self.path, self.fps_hz)
+    def declared(self) -> SessionFile:
+        """Return what the folder's session file says, or one that names its files."""
+        if not self.path.is_dir():
+            raise InputError(
+                f"{self.path}: expected a session folder, found "
+                f"{'a file' if self.path.exists() else 'no such folder'}"
+            )
+        return session_file(self.path)
+
+    @property
+    def root(self) -> Path:
+        """The folder that `declared` names files from."""
+        return self.path
+
+    def scan(self) -> Session:
+        """Return a recording a condition; only the grid is checked."""
+        return session_of(self.root, self._declared)
+
+    @cached_property
+    def _declared(self) -> SessionFile:
+        """Of many runs it takes a while, and each recording is checked against it."""
+        return self.declared().at_rate(self.fps_hz)
 
     def at_rate(self, fps_hz: float) -> Self:
         """Return it with the true frame rate of its videos."""
-        found = copy(self)
+        found = type(self)(self.path)
         found.fps_hz = rate_in(fps_hz)
         return found
 
     def check(self, recording: Recording) -> list[QualityIssue]:
         """Return what differs from the session's own declaration."""
-        declared = session_file(self.path).at_rate(self.fps_hz)
-        return check_recording(recording, declared, KINDS)
+        return check_recording(recording, self._declared, KINDS)
 
     def describe(self, session: RecordingSet) -> list[str]:
         """Say whether there is a marker reference, and what was found but is not used."""
         assert isinstance(session, Session)
         sentences = []
-        if session.reference:
+        if session.declared.reference:
+            sentences.append(f"The skin at rest is in {session.declared.reference}.")
+        elif session.reference:
             sentences.append(
                 f"There is a {REFERENCE}: the order of markers comes from it with the published "
                 "tracker only; the others take it from the sensor's layout."
@@ -289,42 +337,27 @@ class PublishedSession(DataSet):
         return sentences + session.left_out()
 
 
-def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
-    """Read a session folder; no video or audio is opened until it is asked for.
+class Pictures(PublishedSession):
+    """Numbered images alone, in a folder or a zip file: one recording, named as they are."""
 
-    Where ``session.toml`` or ``session.json`` names files, by a list or a pattern, these are the
-    recordings. Else a condition is a folder two levels down, or of a repetition three, that holds
-    a `video` of any kind or `audio.wav`; folders without conditions and hidden ones are ignored.
-    Only the grid is checked here; `check_recording` checks one recording.
+    name, title = "pictures", "Images"
 
-    Parameters
-    ----------
-    root
-        The folder.
-    fps_hz
-        True frame rate of all its videos, where their containers' is wrong: times then count from
-        it. It goes before what the session file says. None for what that and the containers say.
+    @classmethod
+    def recognises(cls, path: Path) -> bool:
+        """Tell whether it is a zip file, or a folder of numbered images and nothing else."""
+        return path.suffix.lower() == ZIP if path.is_file() else is_image_folder(path)
 
-    Returns
-    -------
-    Session
-        Recordings named ``<texture>/<speed>``, ``<texture>/<speed>/<repetition>`` or by their id,
-        by texture in natural order, then by speed.
+    @property
+    def root(self) -> Path:
+        """The folder that they lie in."""
+        return self.path.absolute().parent
 
-    Raises
-    ------
-    InputError
-        If the folder is missing or unreadable, holds no condition, has a condition whose
-        folder is not named by a speed, its grid has a hole that the session file does not
-        declare, or some conditions have a video (or audio) and others have none.
-    """
-    root = Path(root)
-    if not root.is_dir():
-        raise InputError(
-            f"{root}: expected a session folder, found "
-            f"{'a file' if root.exists() else 'no such folder'}"
-        )
-    return _session(root, session_file(root).at_rate(fps_hz))
+    def declared(self) -> SessionFile:
+        """Name them: the texture is their name."""
+        only = {"video": self.path.name, "texture": self.path.stem}
+        declared = declared_by({"recordings": [only]}, self.path)
+        declared._notes = ()
+        return declared
 
 
 def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str, Recording]:
@@ -356,14 +389,22 @@ def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str,
     return found
 
 
-def _session(root: Path, declared: SessionFile) -> Session:
+def session_of(root: Path, declared: SessionFile) -> Session:
+    """Return the recordings of a folder, as a session file says or in the published layout.
+
+    Raises
+    ------
+    InputError
+        If the folder is unreadable, holds no condition, or not what `require_grid` asks for.
+    """
     with reading(root, "a readable folder", OSError):
         found = listed(root, declared) if declared.names_files else published(root, declared)
         if not found:
             raise _nothing(root, declared)
     recordings = tuple(sorted(found, key=_grid_order))
     require_grid(root, recordings, declared)
-    return Session(root, recordings, reference_in(recordings[0]), declared)
+    reference = reference_in(root, declared, recordings[0])
+    return Session(root, recordings, reference, declared, press_in(root, declared))
 
 
 def _nothing(root: Path, declared: SessionFile) -> InputError:

@@ -18,11 +18,12 @@ from pydantic import (
     model_validator,
 )
 
+from afferents.choices import Rest
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 from afferents.forms import StrictForm
 from afferents.store.recording import as_label
-from afferents.store.responses import Steady
+from afferents.store.responses import VARIABLES, Steady
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100
@@ -64,6 +65,12 @@ def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | flo
     return conditions
 
 
+def _new_name(name: str) -> str:
+    if not name.isidentifier() or name in VARIABLES:
+        raise ValueError("a name of letters that no response has")
+    return name
+
+
 Label = Annotated[str, BeforeValidator(_text_of), AfterValidator(require_label)]
 Conditions = Annotated[Mapping[str, str | float], AfterValidator(_with_names)]
 """What else is known of a recording, by name: pressure, direction, trial."""
@@ -72,13 +79,39 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0)]
 
 
+class Logged(StrictForm):
+    """Numbers that something else wrote beside a recording, which the store keeps.
+
+    Attributes
+    ----------
+    name
+        Of the variable in the store, such as ``force``.
+    file
+        CSV, from the session's folder.
+    time
+        Its column of times, s, by the clock of the images' CSV, or of one that a press sets.
+    columns
+        Those that are kept.
+    units
+        Of the numbers, such as ``N``.
+    """
+
+    name: Annotated[str, AfterValidator(_new_name)]
+    file: Text
+    time: Text
+    columns: Annotated[tuple[Text, ...], Field(min_length=1)]
+    units: Text
+
+
 class ListedRecording(StrictForm):
     """A recording: its files, what it is of, and what is peculiar to it.
 
     Attributes
     ----------
     video, audio
-        Files, or a folder of numbered images, from the session's folder.
+        Files, or a folder or zip of numbered images, from the session's folder.
+    times
+        CSV that says when the images were taken, where none lies in or beside them.
     texture
         Any label.
     speed_mm_s
@@ -92,17 +125,20 @@ class ListedRecording(StrictForm):
         Whatever else is known: ``{pressure = 3}``.
     fps_hz
         True frame rate, where the container's is wrong: times then count from it. Needed for
-        images.
+        images without a CSV.
     steady_s
         Start and end of constant speed, s.
     rest_frame
         Index of the frame that shows the skin at rest.
     sensor
         Sensor file, from the session's folder, or the name of a packaged sensor.
+    beside
+        What else was logged meanwhile.
     """
 
     video: Text | None = None
     audio: Text | None = None
+    times: Text | None = None
     texture: Label
     speed_mm_s: Positive | None = None
     repetition: Label | None = None
@@ -112,6 +148,7 @@ class ListedRecording(StrictForm):
     steady_s: Steady | None = None
     rest_frame: Index | None = None
     sensor: Text | None = None
+    beside: tuple[Logged, ...] = ()
 
     @property
     def name(self) -> str:
@@ -137,7 +174,7 @@ class ListedRecording(StrictForm):
 # They say what a session folder holds: how it was recorded, and, where it is not in the published
 # layout, which files are which recordings.
 
-SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
+SESSION_FILES = SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
 
 _UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "frame_width",
             "frame_height")  # fmt: skip
@@ -171,7 +208,7 @@ class SessionFile(BaseModel):
         are named: the last).
     fps_hz
         Nominal frame rate of every video, within 10 %; the true frame times are the container's.
-        Of images, their rate.
+        Of images without a CSV of times, their rate.
     fps_overrules
         Whether the containers' frame rate is wrong: times then count from `fps_hz`.
     frame_width, frame_height
@@ -184,6 +221,14 @@ class SessionFile(BaseModel):
         Sensor file, from the session's folder, or the name of a packaged sensor.
     conditions
         Of all recordings.
+    reference
+        Clip or single image of the skin at rest, from the session's folder.
+    rest
+        ``reference`` where displacement counts from that, since recordings begin when the skin is
+        touched already.
+    press
+        Another recording, of a press that is felt by the skin and by what is logged beside: it
+        sets the clocks of that, in all recordings.
     holes
         ``[texture, speed]`` of each condition of the grid that was never recorded.
     direction
@@ -216,13 +261,22 @@ class SessionFile(BaseModel):
     rest_frame: int | None = Field(None, ge=0, exclude_if=lambda given: given is None)
     sensor: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
     conditions: Conditions = Field(default_factory=dict, exclude_if=lambda given: not given)
+    reference: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
+    rest: Rest | None = Field(None, exclude_if=lambda given: given is None)
+    press: ListedRecording | None = Field(None, exclude_if=lambda given: given is None)
 
     _file: str = PrivateAttr(default=SESSION_TOML)
+    _notes: tuple[str, ...] | None = PrivateAttr(default=None)
 
     @property
     def file(self) -> str:
         """The name of the file that says so, or should."""
         return self._file
+
+    @property
+    def notes(self) -> tuple[str, ...] | None:
+        """What a reader says of files that it leaves out; None to look for them."""
+        return self._notes
 
     @property
     def channel(self) -> int:

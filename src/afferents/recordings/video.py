@@ -20,7 +20,8 @@ from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
-from afferents.recordings.media import ImageFolder
+from afferents.recordings.media import IMAGES
+from afferents.recordings.pictures import ZIP, ImageFolder
 from afferents.store.recording import Frame, GreyImage, Video
 
 _BLACK, _WHITE = 16, 235
@@ -248,26 +249,23 @@ def open_video(path: str | Path, fps_hz: float | None = None) -> VideoFile:
 
 
 def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolder:
-    """Open a video, or a folder of numbered images as one, and read its header.
+    """Open a video, or numbered images (a folder or zip) as one, and read its header.
 
     Parameters
     ----------
     fps_hz
-        True frame rate, which nothing else says of images; None for the container's.
+        True frame rate, which of images without a CSV of times nothing else says; None for what
+        the container or the CSV says.
 
     Raises
     ------
     InputError
         If it is neither, or of images without a rate.
     """
-    if not path.is_dir():
+    if not (path.is_dir() or path.suffix.lower() == ZIP):
         return open_video(path, fps_hz)
-    if fps_hz is None:
-        raise InputError(
-            f"--fps: expected the rate at which the images in {path} were taken, found none"
-        )
     images = ImageFolder(path, fps_hz)
-    _ = images.numbered
+    _ = images.clock_s
     return images
 
 
@@ -416,7 +414,7 @@ class Footage:
 
 def _find_turn(path: Path) -> list[QualityIssue]:
     """Find a container's wish that its pictures be shown turned, which is not followed."""
-    if path.is_dir() or not path.exists():
+    if path.is_dir() or path.suffix.lower() in {ZIP, *IMAGES} or not path.exists():
         return []
     with _opened(path) as container:
         turn_deg = next((frame.rotation for frame in container.decode(video=0)), 0)

@@ -28,7 +28,8 @@ from afferents.markers.sensor import sensor_in
 from afferents.models.model import BEST, models_in, names_in
 from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
-from afferents.recordings.session import Session, read_session
+from afferents.recordings.data_sets import read_session
+from afferents.recordings.session import Session
 from afferents.reporting.report import report
 from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of

@@ -259,7 +259,7 @@ def simulate(
     >>> session.recordings[0].name
     '0/50'
     """
-    from afferents.recordings.session import read_session
+    from afferents.recordings.data_sets import read_session
     from afferents.rig.sensor_rig import rig_of
 
     require_workers(workers)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, then
 from afferents.files import checksum
+from afferents.store.beside import Beside
 
 LETTERS = "abcdefghijklm"
 """The 13 textures of the paper."""
@@ -129,6 +130,8 @@ class Recording:
         Its own sensor file, or the name of a packaged sensor; None for the session's.
     rest_frame
         Index of the frame that shows the skin at rest; None for the one that the sensor file names.
+    beside
+        What else was logged meanwhile, with clocks of its own.
     named_by_spacing
         Whether a texture that is a number is the spacing of its bumps, mm: the published layout
         says so, and no other.
@@ -144,6 +147,7 @@ class Recording:
     conditions: Mapping[str, str | float] = field(default_factory=dict)
     sensor: str | None = None
     rest_frame: int | None = None
+    beside: tuple[Beside, ...] = ()
     named_by_spacing: bool = False
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ variable                  dims                  unit         meaning
 `ra1`                     time, marker          px/frame     RA-I (Eq. 2), first frame NaN
 `ra2`                     audio_time, channel   (as read)    RA-II / vibration
 `drum_position`           drive_time            mm           the drum's way; only where logged
+`force`, `pose`, ...      force_time, ...       (as said)    what else was logged meanwhile
 ========================  ====================  ===========  ==================================
 
 A recording without video has only `ra2`, one without audio none. Coordinates: `time` (s),
@@ -53,6 +54,8 @@ _DIMS: dict[str, tuple[str, ...]] = {
 }
 
 
+VARIABLES = frozenset({*_DIMS, dims.DRUM_POSITION, dims.FRAME_CHANGE})
+"""Names that nothing else may have."""
 _BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,)}
 """What may stand beside these, and is no response."""
 _ATTRIBUTES = "the attributes of a recording"
@@ -262,8 +265,9 @@ def _check_attributes(responses: Responses, where: Path | str) -> None:
 
 def _check_clocks(responses: Responses, where: Path | str) -> None:
     """Refuse times that don't go on, and rates that no vibration has."""
-    for clock, what in ((dims.TIME, "frame"), (dims.DRIVE_TIME, "drive")):
-        if clock in responses.coords and not _goes_on(responses[clock].values):
+    for clock in map(str, responses.coords):
+        what = "frame" if clock == dims.TIME else clock.removesuffix("_time")
+        if (what != clock) and not _goes_on(responses[clock].values):
             raise InputError(
                 f"{where}: expected {what} times in s, each after the one before, found others"
             )

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 
 from ..markers.conftest import draw_discs
 

@@ -77,6 +77,7 @@ NAMES = {
     "plan": "PLAN.toml",
     "fabrics": "PATH",
     "taxels": "taxels",
+    "arms": "arms",
     "trials": "TRIALS.zarr",
     "own models": "my_models.py",
     "heights": "corduroy.png",

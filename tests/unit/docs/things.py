@@ -171,6 +171,10 @@ def taxels(things, path):
     subprocess.run([sys.executable, script, path], check=True)
 
 
+def arms(things, path):
+    subprocess.run([sys.executable, ROOT / "scripts/arm_folders.py", path], check=True)
+
+
 def own_models(things, path):
     path.write_text(blocks(DOCS / "own-models.md", "python")[0])
 
@@ -205,6 +209,7 @@ MAKERS = {
     "plan": plan,
     "fabrics": fabrics,
     "taxels": taxels,
+    "arms": arms,
     "own models": own_models,
     "heights": heights,
 }

@@ -16,7 +16,7 @@ import pytest
 import afferents
 from afferents.channels import CHANNELS
 from afferents.exchange.lerobot import stats_of, together
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.store.zarr_store import open_responses
 
 VIDEO = "observation.images.fingertip"

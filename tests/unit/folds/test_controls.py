@@ -23,7 +23,7 @@ class Sounds(DataSet):
         "orders": {"window_s": 0.5, "stride_s": 0.25, "lowest_hz": 10.0, "highest_hz": 500.0},
     }
 
-    def recordings(self):
+    def scan(self):
         return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
 
     def one(self, path):

@@ -25,7 +25,7 @@ class Pressed(DataSet):
         "orders": {"window_s": 0.5, "stride_s": 0.25, "lowest_hz": 10.0},
     }
 
-    def recordings(self):
+    def scan(self):
         return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
 
     def one(self, path):

@@ -34,7 +34,7 @@ class Stretches(DataSet):
         "orders": {"window_s": 0.5, "stride_s": 0.125, "lowest_hz": 3.0},
     }
 
-    def recordings(self):
+    def scan(self):
         return Session(self.path, tuple(map(self.stretch, sorted(self.path.glob("*.wav")))))
 
     def stretch(self, path):

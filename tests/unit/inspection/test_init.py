@@ -114,7 +114,7 @@ def test_endings_in_capitals_are_of_the_pattern_and_tables_of_no_rule_are_named(
     made = afferents.init_session(root)
     assert "1 file is left out: silk-60mmps.csv; not of '{texture}_{speed}mmps.csv'" in said(made)
     data_set = data_set_of(root)
-    session = data_set.recordings()
+    session = data_set.scan()
     assert sorted(one.source.name for one in session.recordings) == names
     assert data_set.describe(session)[-1].startswith("1 file is left out: silk-60mmps.csv")
 
@@ -181,7 +181,7 @@ def test_names_of_tables(tables, names, pattern):
     assert made.path.name == "dataset.toml"
     assert content["files"]["pattern"] == pattern
     assert content["signal"] == {"channels": ["taxel"], "time": "time_ms", "time_unit": "ms"}
-    session = data_set_of(root).recordings()
+    session = data_set_of(root).scan()
     assert len(session.textures) == len(names)
     assert session.recordings[0].audio.read().attrs["sample_rate_hz"] == 100
 
@@ -242,7 +242,7 @@ def test_a_table_without_times_asks_for_its_rate(tmp_path):
     assert "fill in sample_rate_hz, which nothing can confirm" in said(made)
     assert "To be mended before it can be learnt from" in made.sentences[-1]
     made.path.write_text(made.path.read_text().replace("# sample_rate_hz", "sample_rate_hz"))
-    assert data_set_of(tmp_path).recordings().recordings[0].audio.n_channels == 3
+    assert data_set_of(tmp_path).scan().recordings[0].audio.n_channels == 3
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from afferents.live import (
 from afferents.live.sensor_streams import JUMP_S
 from afferents.models.card import METADATA
 from afferents.recordings.audio import WavFile
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 
 
 def changed(path, out, **fields):

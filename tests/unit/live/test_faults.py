@@ -25,7 +25,7 @@ from afferents.live import (
 from afferents.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
 from afferents.live.stream import _SilenceWatch, check_sources
 from afferents.recordings.audio import WavFile
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.store.recording import Frame
 
 

@@ -14,7 +14,7 @@ from afferents.live.events import CameraFrame, Sound, Trouble
 from afferents.live.fingertip import MOST_SOUND_S, Fingertip, stream
 from afferents.live.rest import REST_FRAMES
 from afferents.markers.rest import N_FIRST
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import open_video
 
 TIP = load_sensor("tip_b")

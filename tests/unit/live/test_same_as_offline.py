@@ -34,7 +34,7 @@ from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
 from afferents.models.model import MODELS
 from afferents.recordings.audio import WavFile
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import open_video
 from afferents.store.zarr_store import open_responses
 

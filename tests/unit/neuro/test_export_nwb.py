@@ -14,7 +14,7 @@ import afferents
 from afferents.neuro.neural import spikes_of_store
 from afferents.neuro.nwb.media import add_sounds, add_videos
 from afferents.neuro.nwb.tables import Laid, add_trials, laid_out
-from afferents.recordings.media import ImageFolder
+from afferents.recordings.pictures import ImageFolder
 from afferents.spikes import Spikes
 from afferents.spikes.artificial import ends_of
 from afferents.store.recording import Recording

@@ -15,7 +15,7 @@ class Gloves(DataSet):
         "orders": {"window_s": 1.0},
     }
 
-    def recordings(self):
+    def scan(self):
         return Session(self.path, tuple(map(self.run, sorted(self.path.glob("*.wav")))))
 
     def run(self, path):
@@ -32,8 +32,7 @@ class Heard(Gloves):
 
     def responses(self):
         return [
-            label(xr.Dataset({dims.RA2: one.audio.read()}), one)
-            for one in self.recordings().recordings
+            label(xr.Dataset({dims.RA2: one.audio.read()}), one) for one in self.scan().recordings
         ]
 
     def config(self):

@@ -25,7 +25,7 @@ from afferents.recorder.record import Recorder, ask_in_terminal
 from afferents.recorder.rehearsal import Bench, SimulatedCamera, simulate_devices
 from afferents.recorder.session import RecordedSession
 from afferents.recorder.watch import OnceMoreError, Watch
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
 from afferents.store.drum_path import MARK, Drum, logged_path, path_in

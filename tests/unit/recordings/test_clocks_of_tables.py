@@ -71,7 +71,7 @@ def write(folder, texture, speed, force, table, trial=1):
 
 def described(folder, signal):
     (folder / "dataset.toml").write_text(FILES + CHANNELS + signal)
-    return Described(folder / "dataset.toml").recordings().recordings
+    return Described(folder / "dataset.toml").scan().recordings
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_a_set_of_uneven_rows_needs_a_description_alone(limb, tmp_path, capsys):
     assert re.search(r"frequencies are kept up to 12\d Hz", said)
     assert re.search(r"longest gap that is bridged lasts 5\d\.?\d? ms \(Data\[Texture", said)
     assert re.search(r" 210 of \d+ rows are out of order and dropped, at most 0\.5\d%", said)
-    first = data_set_of(limb).recordings().recordings[0]
+    first = data_set_of(limb).scan().recordings[0]
     assert first.conditions == {"force": 0.5, "trial": 1}
     assert first.audio.n_channels == 9
 

@@ -28,7 +28,7 @@ def described(folder, text, suffix="csv"):
 
 def read(folder, text, suffix="csv"):
     """Read the one recording that is described."""
-    (one,) = described(folder, text, suffix).recordings().recordings
+    (one,) = described(folder, text, suffix).scan().recordings
     return one.audio.read()
 
 
@@ -77,7 +77,7 @@ def test_every_format_gives_the_same_channels(tmp_path, suffix, write, signal):
     one = described(tmp_path, FILES + signal, suffix)
     if '"*t"' in signal:  # the time is no channel, even if a pattern of channels has it
         one = described(tmp_path, FILES + signal.replace("*t", "[lr]*"), suffix)
-    (recording,) = one.recordings().recordings
+    (recording,) = one.scan().recordings
     assert (recording.name, recording.texture, recording.speed_mm_s) == ("silk_20", "silk", 20)
     heard = recording.audio.read()
     assert heard.attrs["sample_rate_hz"] == RATE_HZ
@@ -135,7 +135,7 @@ def test_names_say_texture_speed_and_conditions(tmp_path, name, files, expected)
     csv(tmp_path, name)
     csv(tmp_path, "notes.csv")
     text = f"[files]\n{files}[signal]\nsteady_s = [0.5, 2.5]\n{TIMED}"
-    (one,) = described(tmp_path, text).recordings().recordings
+    (one,) = described(tmp_path, text).scan().recordings
     assert (one.texture, one.speed_mm_s, dict(one.conditions)) == expected
     assert one.steady_s == (0.5, 2.5)
 
@@ -148,7 +148,7 @@ def test_the_part_of_constant_speed_may_count_from_the_end(tmp_path, steady, exp
     csv(tmp_path)
     csv(tmp_path, "silk_40.csv", FRAME.drop(columns="left"))
     text = f"{FILES}{steady}\n{TIMED}"
-    whole, broken = described(tmp_path, text).recordings().recordings
+    whole, broken = described(tmp_path, text).scan().recordings
     assert (whole.steady_s, broken.steady_s) == (expected, None)
 
 
@@ -163,7 +163,7 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
     csv(tmp_path)
     described(tmp_path, FILES + TIMED)
     for wanted in (tmp_path, tmp_path / "dataset.toml", f"dataset:{tmp_path}"):
-        assert data_set_of(wanted).recordings().textures == ("silk",)
+        assert data_set_of(wanted).scan().textures == ("silk",)
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_a_pattern_that_matches_nothing_names_what_is_there(tmp_path):
     csv(tmp_path, "silk-20.csv")
     expected = r"files that match \{texture\}_\{speed\}\.csv, found none of them \(silk-20\.csv"
     with pytest.raises(InputError, match=expected):
-        described(tmp_path, FILES + TIMED).recordings()
+        described(tmp_path, FILES + TIMED).scan()
 
 
 def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
@@ -218,31 +218,31 @@ def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
         csv(tmp_path, name)
     text = FILES.replace("[signal]", 'folders = ["*"]\n[signal]') + TIMED
     with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"):
-        described(tmp_path, text).recordings()
+        described(tmp_path, text).scan()
     with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk;"):
-        described(tmp_path, text.replace("{speed}", "{*}")).recordings()
+        described(tmp_path, text.replace("{speed}", "{*}")).scan()
 
 
 def test_a_name_that_is_read_in_two_ways_is_refused_and_a_hidden_file_is_none(tmp_path):
     csv(tmp_path, "grit_120_20.csv")
     csv(tmp_path, "._grit_120_20.csv")
-    (one,) = described(tmp_path, FILES + TIMED).recordings().recordings
+    (one,) = described(tmp_path, FILES + TIMED).scan().recordings
     assert (one.texture, one.speed_mm_s) == ("grit_120", 20)
     csv(tmp_path, "grit_120_20_1.csv")
     text = FILES.replace("{speed}", "{speed}_{trial}") + TIMED
     with pytest.raises(InputError, match=r"dataset\.toml: .* texture may be 'grit' or 'grit_120'"):
-        described(tmp_path, text).recordings()
+        described(tmp_path, text).scan()
 
 
 def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
     path = csv(tmp_path, "silk_0.csv")
     with pytest.raises(InputError, match="faster than 0 mm/s"):
-        described(tmp_path, FILES + TIMED).recordings()
+        described(tmp_path, FILES + TIMED).scan()
     path.rename(tmp_path / "silk_fast.csv")
     regex = "regex = '(?P<texture>[a-z]+)_(?P<speed>[a-z]+)\\.csv'"
     text = FILES.replace('pattern = "{texture}_{speed}.SUFFIX"', regex) + TIMED
     with pytest.raises(InputError, match="a speed in its name, found 'fast'"):
-        described(tmp_path, text).recordings()
+        described(tmp_path, text).scan()
 
 
 ROWS = [f"{0.01 * n:.2f},{left:g},{right:g}" for n, (left, right) in enumerate(VALUES)]
@@ -302,7 +302,7 @@ def test_columns_that_are_no_signals_are_named_where_no_description_names_any(tm
         counted = FRAME.assign(seq=np.arange(300) % 200, clock=1e6 - FRAME.t, label=n, dead=7)
         csv(tmp_path, name, counted)
     data_set = described(tmp_path, FILES + 'time = "t"\n')
-    (sentence,) = data_set.describe(data_set.recordings())
+    (sentence,) = data_set.describe(data_set.scan())
     assert "are: left, right, seq, clock, label, dead. " in sentence
     for name in ("seq", "clock"):
         assert f"{name} (it rises or falls from row to row" in sentence
@@ -310,7 +310,7 @@ def test_columns_that_are_no_signals_are_named_where_no_description_names_any(tm
     assert "dead (it never changes, in any file)" in sentence
     assert "left (" not in sentence
     data_set = described(tmp_path, FILES + TIMED)
-    assert data_set.describe(data_set.recordings()) == []
+    assert data_set.describe(data_set.scan()) == []
 
 
 def changed(**columns):
@@ -365,7 +365,7 @@ def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
 def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path):
     csv(tmp_path)
     csv(tmp_path, "silk_40.csv", FRAME.assign(t=FRAME.t / 2))
-    first, other = described(tmp_path, FILES + TIMED).recordings().recordings
+    first, other = described(tmp_path, FILES + TIMED).scan().recordings
     assert first.audio.read().attrs["sample_rate_hz"] == 100
     with pytest.raises(InputError, match=r"silk_40\.csv: .* 100 Hz, found 200 Hz"):
         other.audio.read()

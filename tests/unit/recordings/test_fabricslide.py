@@ -24,7 +24,7 @@ def taxel_file(path):
 
 
 def read_fabricslide(path):
-    return Described(path, PACKAGED["fabricslide"]).recordings()
+    return Described(path, PACKAGED["fabricslide"]).scan()
 
 
 def _row(timestamp_ms, first):

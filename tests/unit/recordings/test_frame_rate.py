@@ -12,7 +12,7 @@ from afferents.errors import InputError
 from afferents.quality.issues import KINDS
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_recording, wrong_rate
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.session_file import SessionFile
 
 N_FRAMES, TRUE_HZ, TOLD_HZ = 270, 90, 30

@@ -1,5 +1,10 @@
 """Folders of numbered images as videos."""
 
+import pickle
+import threading
+import time
+import zipfile
+
 import cv2
 import numpy as np
 import pytest
@@ -7,7 +12,9 @@ import pytest
 import afferents
 from afferents.errors import InputError
 from afferents.files import checksum, size_of
-from afferents.recordings.media import ImageFolder
+from afferents.recordings import pictures
+from afferents.recordings.pictures import ImageFolder
+from afferents.recordings.video import open_clip
 
 
 @pytest.fixture
@@ -105,3 +112,112 @@ def test_a_folder_is_told_from_others_by_all_its_images(folder):
     assert checksum(folder) == changed
     (folder / "frame12.png").rename(folder / "frame13.png")  # taken later
     assert checksum(folder) != changed
+
+
+def write_times(path, rows, head="image,real_time"):
+    path.write_text("\n".join([head, *(f"{name},{time}" for name, time in rows)]) + "\n")
+
+
+ROWS = [("frame8.png", 100.0), ("frame9.png", 100.1), ("frame10.png", 100.25), ("frame12.png", 101)]
+
+
+@pytest.mark.parametrize("head", ["image,real_time", "frame_id,timestamp", "file,time_s"])
+@pytest.mark.parametrize("is_zip", [False, True])
+def test_a_csv_says_when_images_were_taken(folder, head, is_zip):
+    rows = ROWS if head[0] != "f" else [(name[5:].removesuffix(".png"), t) for name, t in ROWS]
+    path, csv = folder, folder / "timestamps.csv"
+    if is_zip:
+        path = zipped(folder)
+        csv = path.with_suffix(".csv")
+    write_times(csv, rows[::-1], head)
+    clip = open_clip(path)
+    assert (clip.rate_hz, clip.n_frames, clip.clock_s[0]) == (None, 4, 100)
+    assert clip.fps_hz == pytest.approx(1 / 0.15)
+    assert [f.time_s for f in clip.frames()] == pytest.approx([0, 0.1, 0.25, 1])
+    again = pickle.loads(pickle.dumps(clip))
+    assert [f.image[0, 0] for f in again.frames()] == [8, 9, 10, 12]
+    assert [f.time_s for f in open_clip(path, 10.0).frames()] == pytest.approx([0, 0.1, 0.2, 0.4])
+
+
+def zipped(folder):
+    path = folder.parent / "clip.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        for one in folder.iterdir():
+            archive.write(one, f"images/{one.name}")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("rows", "found"),
+    [
+        (ROWS[:3], r"rows for the 4 images and no others, found none for number 12; add its time"),
+        ([*ROWS, ("frame13.png", 102)], r"one of them for number 13, which is not there; copy"),
+        ([*ROWS[:3], ROWS[2]], r"in each of 4 rows, each image once, found 3"),
+        ([*ROWS[:3], ("frame12.png", "")], r"in each of 4 rows, each image once, found 3"),
+        ([*ROWS[:3], ("frame12.png", 100)], r"found 100\.0+ s for frame12\.png after 100\.25"),
+        ([*ROWS[:3], ("frame12.png", 100.25)], r"times that rise from image to image"),
+        ([], r"rows for the 4 images"),
+    ],
+)
+def test_a_csv_of_other_images_or_whose_times_do_not_rise_is_refused(folder, rows, found):
+    write_times(folder / "timestamps.csv", rows)
+    with pytest.raises(InputError, match=rf"timestamps\.csv: expected .*{found}"):
+        open_clip(folder)
+
+
+def test_a_csv_without_the_columns_is_refused(folder):
+    write_times(folder / "timestamps.csv", ROWS, "image,when")
+    with pytest.raises(InputError, match=r"column of times in s .* found image, when; rename"):
+        open_clip(folder)
+    (folder / "timestamps.csv").write_bytes(b"")
+    with pytest.raises(InputError, match=r"timestamps\.csv: expected a readable CSV file"):
+        open_clip(folder)
+
+
+def test_a_damaged_zip_is_refused(folder):
+    path = folder.parent / "broken.zip"
+    path.write_bytes(b"no zip")
+    with pytest.raises(InputError, match=r"broken\.zip: expected a readable zip file"):
+        open_clip(path, 10.0)
+
+
+def test_images_decoded_ahead_come_in_order_and_a_stopped_reader_leaves_no_thread(tmp_path):
+    rng = np.random.default_rng(0)
+    for n in range(30):
+        image = np.full((300, 300), n, np.uint8)
+        if n % 7 == 0:  # takes longer
+            image[1:] = rng.integers(0, 256, (299, 300))
+        cv2.imwrite(str(tmp_path / f"{n}.png"), image)
+    images, before = ImageFolder(tmp_path, 10.0), threading.active_count()
+    assert [frame.image[0, 0] for frame in images.frames()] == list(range(30))
+    frames = images.frames()
+    next(frames)
+    frames.close()
+    deadline = time.monotonic() + 10
+    while threading.active_count() > before and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert threading.active_count() == before
+
+
+def test_a_session_names_the_csv_of_times(folder):
+    root = folder.parent
+    write_times(root / "when.csv", ROWS)
+    toml = f'[[recordings]]\nvideo = "{folder.name}"\ntexture = "felt"\ntimes = "when.csv"\n'
+    (root / "session.toml").write_text(toml)
+    (recording,) = afferents.read_session(root).recordings
+    assert [f.time_s for f in recording.video.frames()] == pytest.approx([0, 0.1, 0.25, 1])
+    (root / "session.toml").write_text(toml + "fps_hz = 25\n")  # the CSV's clock is wrong
+    assert afferents.read_session(root).recordings[0].video.duration_s == pytest.approx(5 / 25)
+
+
+def test_two_images_are_decoded_at_once_where_there_are_two_cores(folder, monkeypatch):
+    images, read, both = ImageFolder(folder, 10.0), pictures._read, threading.Barrier(2, timeout=30)
+    assert images.width == 6  # the first is read alone for that
+
+    def read_beside_another(path):
+        both.wait()
+        return read(path)
+
+    monkeypatch.setattr(pictures, "_read", read_beside_another)
+    monkeypatch.setattr("joblib.cpu_count", lambda: 2)
+    assert len(list(images.frames())) == 4

@@ -17,7 +17,8 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording
 from afferents.recordings.described import Described
 from afferents.recordings.guess import tables_in
-from afferents.recordings.media import ImageFolder, Pattern, media_in
+from afferents.recordings.media import Pattern, media_in
+from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import recordings_of, require_rates_that_agree
 from afferents.recordings.session_file import session_file
 from afferents.recordings.video import VideoFile
@@ -233,7 +234,7 @@ def test_what_is_found_but_is_no_session_is_said(empty):
         afferents.read_session(root)
     (root / "session.toml").write_text('[[recordings]]\nvideo = "lego.avi"\ntexture = "lego"\n')
     said = afferents.recordings.session.PublishedSession(root)
-    assert said.describe(said.recordings()) == [
+    assert said.describe(said.scan()) == [
         "2 files are left out: a/b.wav, concrete.avi; not listed in session.toml."
     ]
 
@@ -295,7 +296,7 @@ def test_textures_that_differ_in_capitals_alone_are_asked_about(empty):
         afferents.read_session(root)
     (root / "dataset.toml").write_text('[files]\npattern = "{texture}/{speed}.wav"\n[signal]\n')
     with pytest.raises(InputError, match=sentence):
-        Described(root).recordings()
+        Described(root).scan()
 
 
 def test_folders_linked_to_their_parents_are_entered_once(empty):

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from afferents.evaluation.results import read_summary
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.store.responses import conditions
 from afferents.store.zarr_store import open_responses
 

@@ -93,7 +93,7 @@ def test_the_cluster_set_is_learnt_from(tmp_path, kind, rate_hz, units, channels
     assert ("resampled to 6000 Hz" in said) == (kind == "accel")
     assert "Nothing confirms" not in said
 
-    recordings = {one.name: one for one in data_set_of(source).recordings().recordings}
+    recordings = {one.name: one for one in data_set_of(source).scan().recordings}
     one = recordings["3_135_60_500_1"]
     assert (one.texture, one.speed_mm_s) == ("3", 60)
     assert one.conditions == {"direction": 135, "force": 500, "repetition": 1}
@@ -112,7 +112,7 @@ def test_the_sound_may_be_wav_as_at_figshare(tmp_path):
     for path in folder.rglob("*.flac"):
         soundfile.write(path.with_suffix(".wav"), *soundfile.read(path))
         path.unlink()
-    (first, *_) = data_set_of(folder).recordings().recordings
+    (first, *_) = data_set_of(folder).scan().recordings
     assert first.audio.read().sizes == {"audio_time": round(4.8 * 44100), "channel": 1}
 
 
@@ -128,7 +128,7 @@ def test_what_is_wrong_with_an_acceleration_is_named(tmp_path, change, sentence)
     folder = cluster(tmp_path, "accel", (0,))
     path = folder / "sensor_data/accel/0/0_135_60_500_1.parquet"
     change(pd.read_parquet(path)).to_parquet(path)
-    *whole, broken = data_set_of(folder).recordings().recordings
+    *whole, broken = data_set_of(folder).scan().recordings
     assert all(one.audio.read().sizes["channel"] == 3 for one in whole)
     with pytest.raises(InputError, match=rf"0_135_60_500_1\.parquet.*{sentence}"):
         broken.audio.read()
@@ -152,7 +152,7 @@ def test_printed_textures_under_nine_taxels_are_learnt_from(tmp_path):
     assert "18 recordings of 3 textures (001, 013, 035) at 3 speeds (20, 40, 100 mm/s)" in said
     assert "resampled to 300 Hz" in said
     assert "out of order and dropped, at most 9." in said
-    one = data_set_of(folder).recordings().recordings[0]
+    one = data_set_of(folder).scan().recordings[0]
     assert (one.texture, one.speed_mm_s) == ("001", 20)
     assert one.conditions == {"force": 0.0, "trial": 1}
     response = one.audio.read()
@@ -166,7 +166,7 @@ def test_printed_textures_under_nine_taxels_are_learnt_from(tmp_path):
 
 @pytest.mark.parametrize("below", [".", "some/where"])
 def test_printed_textures_are_found_wherever_they_lie(tmp_path, below):
-    session = data_set_of(f"ntp:{ntp(tmp_path, (1,), below)}").recordings()
+    session = data_set_of(f"ntp:{ntp(tmp_path, (1,), below)}").scan()
     assert session.textures == ("001",)
     assert len(session.recordings) == 6
 
@@ -178,7 +178,7 @@ REAL = Path(__file__).resolve().parents[3] / "../shared/datasets/ntp"
 def test_every_real_file_of_ntp_is_read(tmp_path):
     found = afferents.inspect(f"ntp:{REAL}", tmp_path / "look", quiet=True)
     assert found.problems == []
-    session = data_set_of(f"ntp:{REAL}").recordings()
+    session = data_set_of(f"ntp:{REAL}").scan()
     assert len(found.facts["recordings"]) == len(session.recordings)
     assert max(one.audio.rows.longest_ms for one in session.recordings) == pytest.approx(76, abs=1)
     assert max(one.audio.rows.n_dropped / one.audio.rows.n for one in session.recordings) < 0.152

@@ -7,7 +7,7 @@ import pytest
 
 from afferents.errors import InputError
 from afferents.recordings.check import check_recording, facts
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.session_file import SessionFile, session_file
 
 TEXTURES = [f"{mm / 2:g}" for mm in range(13)]

@@ -6,7 +6,7 @@ import pytest
 
 import afferents
 from afferents.evaluation.options import EvaluationOptions
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.reproduction import reproduce as reproducing
 from afferents.reproduction.run_folder import RunFolder
 from afferents.rig.simulation import simulation_of

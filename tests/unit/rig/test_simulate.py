@@ -11,7 +11,7 @@ import pytest
 import afferents
 from afferents.errors import InputError
 from afferents.progress import Progress
-from afferents.recordings.session import read_session
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.session_file import session_file
 from afferents.rig import HARD, NUISANCES
 from afferents.rig.simulate import simulate_session

@@ -17,7 +17,8 @@ from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos
 from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_out
 from afferents.plugins import import_extra
 from afferents.progress import Progress
-from afferents.recordings.session import read_session, recordings_of
+from afferents.recordings.data_sets import read_session
+from afferents.recordings.session import recordings_of
 from afferents.spikes.artificial import artificial_spikes
 from afferents.store.integrity import ROOT
 from afferents.store.responses import Responses, textures_of

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.neuro.nwb.tables import Laid
-from afferents.recordings.media import ImageFolder
+from afferents.recordings.pictures import ImageFolder
 from afferents.store.recording import Recording
 from afferents.store.responses import check_values
 
@@ -36,8 +36,8 @@ def add_videos(
         if video is None or dims.TIME not in one.responses.coords:
             continue
         files = [video.path]
-        if isinstance(video, ImageFolder):
-            files = list(video.numbered.values())
+        if isinstance(video, ImageFolder) and video.path.is_dir():
+            files = [Path(str(file)) for file in video.numbered.values()]
         nwbfile.add_acquisition(
             ImageSeries(
                 name=f"video_{one.name}",

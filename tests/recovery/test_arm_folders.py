@@ -1,0 +1,150 @@
+"""Folders of fingertips on arms, made from the simulated rig: what comes back of what is known."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import afferents
+from afferents.errors import InputError
+from afferents.extraction.clocks import measure_clocks, measure_lag, with_clocks
+from afferents.markers.sensor import sensors_of
+from afferents.rig import Rig
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import arm_folders
+
+BEGINS, DRIFT = arm_folders.COMPUTER_UPTIME_S, 50e-6
+APART_S = 300.0
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    root = tmp_path_factory.mktemp("arm") / "runs"
+    arm_folders.write_runs(root, spacings=(3.0,), apart_s=APART_S)
+    return root
+
+
+def write_logs(root, offset_s, drift):
+    """Write pose and force anew, with clocks so far ahead."""
+    time_s, depth, _ = arm_folders.pressed(Rig(), 2.8)
+    still = (np.array([0.0, 1.9]), np.ones(2))
+    for run, z in enumerate(((time_s, depth), still)):
+        began_s = BEGINS + 1 + run * APART_S
+        arm_folders.write_logs(root / f"run_{run}", began_s, z, (offset_s, -offset_s), drift, 50.0)
+
+
+@pytest.mark.parametrize("offset_ms", [5, 20, 50])
+def test_clocks_are_set_by_the_press_within_a_frame_or_what_is_said(runs, offset_ms):
+    write_logs(runs, offset_ms / 1000, DRIFT)
+    session = afferents.read_session(runs)
+    lags = measure_clocks(session, sensors_of(session, None))
+    assert all(lag.error_s < 0.015 for lag in lags.values())
+    (run,) = with_clocks(session, lags).recordings
+    for log in run.beside:
+        found = log.variable(run.video.began_s)
+        rate_hz = arm_folders.ROBOT_HZ if log.name == "pose" else arm_folders.FORCE_HZ
+        true_s = np.arange(len(found)) / rate_hz
+        off_s = np.abs(found[f"{log.name}_time"].values - true_s).max()
+        assert off_s < max(1 / arm_folders.FPS, found.attrs["clock_error_s"])
+        assert lags[log.name].seconds == pytest.approx(
+            (arm_folders.ROBOT_UPTIME_S - BEGINS + offset_ms / 1000) * (log.name == "pose")
+            - offset_ms / 1000 * (log.name == "force"),
+            abs=max(0.5 / arm_folders.FPS, lags[log.name].error_s),
+        )
+
+
+def test_runs_are_extracted_with_pose_and_force_beside(runs, run, tmp_path):
+    write_logs(runs, 0.02, DRIFT)
+    code, _, err = run("extract", runs, tmp_path / "out.zarr", "--workers", "1", "--quiet")
+    assert code == 0
+    assert "The clock of 'force' is" in err
+    (found,) = afferents.open_responses(tmp_path / "out.zarr")
+    assert found.pose.dims == ("pose_time", "pose_axis")
+    assert found.force.attrs["units"] == "N"
+    x = found.pose.sel(pose_axis="actual_TCP_pose_0")
+    speed = np.gradient(1000 * x.values, found.pose_time.values)
+    assert np.median(speed) == pytest.approx(found.attrs["speed_mm_s"], rel=0.01)
+    fingers = xr.open_zarr(tmp_path / "out.zarr", group="run_1", consolidated=False)
+    assert fingers.force.attrs["clock_error_s"] > 0.03  # after five minutes of what may be drift
+    stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "out.zarr").rglob("zarr.json")}
+    assert run("extract", runs, tmp_path / "out.zarr", "--workers", "1", "--quiet")[0] == 0
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in stamps.items())
+
+
+def test_a_press_that_was_logged_of_another_is_refused_and_nothing_is_written(
+    runs, fails, tmp_path
+):
+    write_logs(runs, 0.02, DRIFT)
+    path = runs / "run_0/ft_sensor_data.csv"
+    head, *rows = path.read_text().splitlines()
+    rng = np.random.default_rng(0)
+    noise = [",".join([row.split(",")[0], *map(str, rng.normal(size=6))]) for row in rows]
+    path.write_text("\n".join([head, *noise]) + "\n")
+    sentence = fails("extract", runs, tmp_path / "out.zarr", "--workers", "1")
+    assert "run_0/ft_sensor_data.csv: expected one whose z explains 90%" in sentence
+    assert not (tmp_path / "out.zarr").exists()
+
+
+def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path, fails):
+    part = tmp_path / "train"
+    arm_folders.write_streams(part, spacings=(2.0,), seconds=0.3)
+    (found,) = afferents.extract(part, tmp_path / "out.zarr", workers=1, quiet=True)
+    begin = round(arm_folders.STEADY_S * arm_folders.FPS)
+    places = arm_folders.slide(Rig(), 2.0, 50.0, arm_folders.STEADY_S + 0.3)
+    order = [
+        int(np.argmin(np.linalg.norm(places[3] - rest, axis=1)))
+        for rest in found.rest_position.values
+    ]
+    true = np.linalg.norm(places[begin:, order] - places[3, order], axis=2)
+    assert sorted(order) == list(range(361))
+    assert found.sizes["time"] == len(true)
+    assert np.sqrt(np.mean((found.sa1.values - true) ** 2)) < 0.1
+    assert true.mean() > 0.5  # pressed and sheared already where the stream begins
+    (part / "tactile_images/1/0005.png").unlink()
+    sentence = fails("extract", part, tmp_path / "torn.zarr", "--workers", "1", "--quiet")
+    assert "timestamps.csv: expected rows for the 26 images and no others" in sentence
+    assert not (tmp_path / "torn.zarr/zarr.json").exists()
+
+
+def a_press(time_s):
+    """Depth of a press, and what the skin feels of it once it is touched."""
+    depth = np.sin(np.pi * np.clip((time_s - 0.7) / 1.2, 0, 1)) ** 2
+    return 10 * depth - 6, np.maximum(depth - 0.4, 0) ** 1.4
+
+
+@settings(max_examples=25)
+@given(
+    lag_s=st.floats(-5000, 5000),
+    fps=st.sampled_from([30, 60, 120]),
+    noise=st.floats(0, 0.02),
+    seed=st.integers(0, 99),
+    sign=st.sampled_from([-1, 1]),
+)
+def test_any_lag_is_found_within_its_uncertainty(lag_s, fps, noise, seed, sign):
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(round(2.6 * fps)) / fps
+    felt = a_press(time_s)[1] + noise * rng.normal(size=len(time_s))
+    other_s = np.arange(350) / 125 - 0.1
+    found = measure_lag(time_s, felt, other_s + lag_s, sign * a_press(other_s)[0])
+    assert abs(found.seconds - lag_s) <= max(found.error_s, 0.5 / fps)
+    assert found.error_s < 1 / fps
+
+
+@pytest.mark.parametrize("what", ["nothing pressed", "noise", "pressed twice alike"])
+def test_what_does_not_tell_the_lag_is_refused(what):
+    time_s = np.arange(540) / 90
+    twice = a_press(time_s)[1] + a_press(time_s - 2.0)[1]
+    felt = {
+        "nothing pressed": np.zeros(540),
+        "noise": np.random.default_rng(0).normal(size=540),
+        "pressed twice alike": twice,
+    }[what]
+    z = a_press(time_s)[0] if what != "pressed twice alike" else twice
+    other = slice(None) if what != "pressed twice alike" else slice(0, 250)
+    with pytest.raises(InputError, match=r"expected one (whose z explains|lag of the clocks)"):
+        measure_lag(time_s, felt, time_s[other], z[other])
