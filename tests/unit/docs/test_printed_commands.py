@@ -67,7 +67,7 @@ NAMES = {
     "times": "CSV",
     "clips": "FOLDER",
     "drafted clips": "CLIPS",
-    "sensor.toml": "mine.toml",
+    "sensor.toml": "mine.toml left.toml right.toml",
     "results": "RESULTS results all five-speeds half-the-pins coarse",
     "model": "MODEL",
     "model.onnx": "model.onnx touch.onnx",

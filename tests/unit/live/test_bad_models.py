@@ -118,7 +118,7 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
     [
         (
             {"video": "film:x"},
-            "--video: expected camera:0, replay:SESSION/3/50, a video file or rig",
+            "--video: expected camera:0, replay:SESSION/3/50, a video file, rig or rig:g/50",
         ),
         ({"audio": "ear:0"}, "--audio: expected mic:default"),
         ({"video": "camera:99"}, "camera /dev/video99: expected a camera that is plugged in"),

@@ -336,7 +336,7 @@ def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_vide
     bare = make_video(tmp_path / "bare.mp4", np.zeros(12), covered=[range(361)] * 12)
     for asked, sentence in (
         ((), "--video: expected a source to look at"),
-        (("--video", "no.avi"), "camera:0, replay:SESSION/3/50, a video file or rig"),
+        (("--video", "no.avi"), "camera:0, replay:SESSION/3/50, a video file, rig or rig:g/50"),
         (("--video", clip, "--sensor", "hex331"), "331 markers of the sensor's layout"),
         (("--video", clip, "--sensor", small), "320 x 240 px, as sensor 'small' says, found 640 x"),
         (("--video", clip, "--sensor", "no.toml"), "no.toml"),
@@ -413,7 +413,7 @@ def test_an_offset_of_the_clocks_that_is_no_number_is_refused(moving, offset_s):
 def test_images_are_played_at_the_rate_that_is_given(moving, tmp_path):
     for number, image in enumerate(moving[:12]):
         cv2.imwrite(str(tmp_path / f"{number:03}.png"), image)
-    with pytest.raises(InputError, match="the rate at which the images were taken, found none"):
+    with pytest.raises(InputError, match="the rate at which the images were taken, found neither"):
         sensor_of(str(tmp_path))
     sensor = sensor_of(str(tmp_path), fps_hz=10.0)
     (source,) = open_sources(str(tmp_path), None, Wanted(), math.inf, fps_hz=10.0)
