@@ -155,6 +155,7 @@ def live(
     to: Sequence[str] = ("-",),
     as_json: bool = False,
     control: bool = False,
+    learn: Path | None = None,
     quiet: bool = False,
 ) -> None:
     """Look at what a fingertip senses, classify texture while it slides, or give out its signals.
@@ -202,13 +203,17 @@ def live(
     as_json
         Print predictions as JSON, one per line.
     control
-        Set rest anew for each line 'rest' on standard input (in a terminal: key z).
+        Set rest anew for each line 'rest' on standard input (in a terminal: key z). With --learn,
+        'learn NAME' or 'learn NAME at SPEED' begins a lesson, and 'learn' ends it.
+    learn
+        Folder of lessons, or a new one: touches are taught on the page, or with --control, and
+        recognised at once; each is kept there as a recording that 'extract' reads.
     quiet
         No progress bars; plain lines on stderr.
     """
     from afferents.choices import speed_factor
     from afferents.live.control import set_rest_when_asked
-    from afferents.live.events import Wanted
+    from afferents.live.events import Wanted, let_go
     from afferents.live.fingertip import stream
     from afferents.live.network import Network
     from afferents.live.outlets import give_out
@@ -222,10 +227,10 @@ def live(
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else rate_in(fps)
     if signals is not None:
-        if model or web or lsl:
+        if model or web or lsl or learn:
             raise InputError(
-                "--signals: expected none of --model, --web and --lsl beside it, found one; run "
-                "another 'afferents live' for them"
+                "--signals: expected none of --model, --web, --lsl and --learn beside it, found "
+                "one; run another 'afferents live' for them"
             )
         if video is None:
             raise InputError("--video: expected a source, such as camera:0 or rig, found none")
@@ -245,12 +250,17 @@ def live(
         pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
-        known = sensor_of(video, load_sensor(sensor) if sensor else None, fps_hz)
+        of_lessons = learn / "sensor.toml" if learn else Path()
+        named = sensor or (str(of_lessons) if of_lessons.is_file() else None)
+        known = sensor_of(video, load_sensor(named) if named else None, fps_hz)
         wanted = Wanted(sensor=known, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, known, offset_s)
     page = (host, port, token) if web else None
-    give_out(sources, pipeline, web=page, lsl=lsl, as_json=as_json, control=control)
+    with let_go(sources):
+        if learn is not None:
+            pipeline.learn(learn, (video or "").startswith("rig"))
+        give_out(sources, pipeline, web=page, lsl=lsl, as_json=as_json, control=control)
 
 
 def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:

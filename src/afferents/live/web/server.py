@@ -6,7 +6,7 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.resources import files
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, urlsplit
 
+from afferents.errors import InputError
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
@@ -22,6 +23,10 @@ from afferents.live.web.snapshot import Shown, Snapshots
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
+
+Asked = Callable[[str, Mapping[str, str]], bool]
+"""Does what a visitor asks, which may be said more closely, and tells whether it can be done now;
+an `InputError` says why not."""
 
 WAITING_S = 0.5
 """A page that has nothing new to come sleeps for so long."""
@@ -57,9 +62,15 @@ def serve(
     snapshots.repeats = again is not None
     asked = threading.Event()
 
-    def request(what: str) -> bool:
+    def request(what: str, said: Mapping[str, str]) -> bool:
         if what == "rest":
             return pipeline.set_rest()
+        if what == "learn" and pipeline.lessons is not None:
+            pipeline.lessons.start(said.get("name", ""), said.get("speed", ""))
+            return True
+        if what == "learnt" and pipeline.lessons is not None:
+            pipeline.lessons.stop()
+            return True
         can = what == "again" and snapshots.repeats and snapshots.ended is not None
         if can:
             asked.set()
@@ -78,7 +89,7 @@ def serve(
             predictions = again()
 
 
-def application(shown: Shown, host: str, token: str | None, request: Callable[[str], bool]) -> Any:
+def application(shown: Shown, host: str, token: str | None, request: Asked) -> Any:
     """Return the ASGI application: the page, its files, one web socket, and what may be asked."""
     from starlette.applications import Starlette
     from starlette.middleware import Middleware
@@ -110,7 +121,10 @@ def application(shown: Shown, host: str, token: str | None, request: Callable[[s
             return PlainTextResponse(
                 "The token is missing or wrong, or the page is another's.", 403
             )
-        done = request(asked.path_params["what"])
+        try:
+            done = request(asked.path_params["what"], asked.query_params)
+        except InputError as error:
+            return PlainTextResponse(str(error), 409)
         return PlainTextResponse("done" if done else "not now", 200 if done else 409)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
@@ -150,8 +164,11 @@ async def _attend(visitor: Any, shown: Shown) -> None:
 
     gone = asyncio.create_task(listen())
     try:
-        await visitor.send_text(json.dumps(shown.hello()))
+        hello = ""
         while not gone.done():
+            if (now := json.dumps(shown.hello())) != hello:  # more may be taught
+                hello = now
+                await visitor.send_text(hello)
             state, jpeg = shown.newest()
             await visitor.send_text(state)
             if jpeg is not None:
@@ -184,7 +201,7 @@ def page_beside(
     host: str,
     port: int,
     token: str | None,
-    request: Callable[[str], bool],
+    request: Asked,
 ) -> Iterator[None]:
     """Serve a page while the inside runs.
 
@@ -197,7 +214,7 @@ def page_beside(
     token
         Word that visitors must give as `?token=`; None for none.
     request
-        Does what a visitor asks, and tells whether it can be done now.
+        See `Asked`.
 
     Raises
     ------
