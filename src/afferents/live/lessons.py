@@ -31,6 +31,7 @@ from afferents.live.rest import REST_FRAMES
 from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
+from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.media import as_speed
 from afferents.recordings.session import read_session
@@ -230,6 +231,10 @@ class Lessons:
             raise InputError(f"{where}: expected --audio, as its lessons have sound, found none")
         self._sample_rate_hz = self._sample_rate_hz if heard else None
         for recording in read_session(self._folder).recordings:
+            rate_hz = getattr(recording.video, "fps_hz", self._fps_hz)
+            if abs(rate_hz - self._fps_hz) > RATE_TOLERANCE * rate_hz:
+                expected = f"{rate_hz:.3g} frames/s, as its lessons have"
+                raise InputError(f"{where}: expected {expected}, found {self._fps_hz:.3g}")
             samples = encode(responses_of(recording, own), SOURCE, "all")
             self._samples.append(samples.drop_vars((dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)))
 

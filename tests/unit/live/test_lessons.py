@@ -239,6 +239,9 @@ def test_a_folder_of_something_else_or_of_another_sensor_is_refused(lessons, ses
     pipeline = LivePipeline.without_models(sources, load_sensor("hex127"))
     with pytest.raises(InputError, match="expected the sensor of its lessons, 'tip_b', found"):
         pipeline.learn(lessons[0])
+    pipeline = LivePipeline.without_models([Played([], rate_hz=30.0)], SENSOR)
+    with pytest.raises(InputError, match="expected 90 frames/s, as its lessons have, found 30"):
+        pipeline.learn(lessons[0])
     pipeline = LivePipeline.without_models([sounds(np.zeros(800))])
     with pytest.raises(InputError, match="expected a source of images"):
         pipeline.learn(tmp_path / "new")

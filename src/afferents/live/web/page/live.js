@@ -231,6 +231,9 @@ function troublesOf(percept) {
   return said.filter(Boolean);
 }
 
+// A moment after a lesson there may be a prediction from before it.
+const isOfItsModel = ({ model, evidence }) => models.get(model)?.model.textures.every((texture) => texture in evidence);
+
 function show() {
   if (!state) return;
   if (state.recording) showRecording(state.recording); // never paused: it says what is to be done
@@ -238,7 +241,7 @@ function show() {
   if (state.lessons) showLessons(state.lessons);
   if (paused) return;
   $("link").textContent = state.ended ?? "live";
-  const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
+  const said = state.percepts.filter(isOfItsModel).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
   showSpikes(state.spikes);
