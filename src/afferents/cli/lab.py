@@ -156,6 +156,7 @@ def live(
     to: Sequence[str] = ("-",),
     as_json: bool = False,
     control: bool = False,
+    learn: Path | None = None,
     name: str = "",
     beside: Sequence[str] = (),
     quiet: bool = False,
@@ -206,7 +207,11 @@ def live(
     as_json
         Print predictions as JSON, one per line.
     control
-        Set rest anew for each line 'rest' on standard input (in a terminal: key z).
+        Set rest anew for each line 'rest' on standard input (in a terminal: key z). With --learn,
+        'learn NAME' or 'learn NAME at SPEED' begins a lesson, and 'learn' ends it.
+    learn
+        Folder of lessons, or a new one: touches are taught on the page, or with --control, and
+        recognised at once; each is kept there as a recording that 'extract' reads.
     name
         Of the fingertip, where there are several: in streams of LSL, and on the page.
     beside
@@ -216,7 +221,7 @@ def live(
     """
     from afferents.choices import flag_of, speed_factor
     from afferents.live.control import set_rest_when_asked
-    from afferents.live.events import Wanted
+    from afferents.live.events import Wanted, let_go
     from afferents.live.fingertip import stream
     from afferents.live.network import Network
     from afferents.live.outlets import give_out
@@ -230,18 +235,18 @@ def live(
 
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else rate_in(fps)
-    if signals is not None and (model or web or lsl):
+    if signals is not None and (model or web or lsl or learn):
         raise InputError(
-            "--signals: expected none of --model, --web and --lsl beside it, found one; run "
-            "another 'afferents live' for them"
+            "--signals: expected none of --model, --web, --lsl and --learn beside it, found one; "
+            "run another 'afferents live' for them"
         )
     if signals is None and list(to) != ["-"]:
         raise InputError("--to: expected --signals beside it, such as sa1,ra1, found none")
     if max(map(len, (videos, audios, sensors))) > 1:
-        if model or lsl or not (web or as_json or signals):
+        if model or lsl or learn or not (web or as_json or signals):
             raise InputError(
-                "--video: expected --signals, --web or --json beside several, and neither --model "
-                "nor --lsl; run an 'afferents live' for each"
+                "--video: expected --signals, --web or --json beside several, and none of --model, "
+                "--lsl and --learn; run an 'afferents live' for each"
             )
         asked: dict[str, Any] = {
             "signals": signals, "json": as_json, "web": web, "host": host, "token": token,
@@ -278,13 +283,18 @@ def live(
         pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
-        known = sensor_of(video, load_sensor(sensor) if sensor else None, fps_hz)
+        of_lessons = learn / "sensor.toml" if learn else Path()
+        file = sensor or (str(of_lessons) if of_lessons.is_file() else None)
+        known = sensor_of(video, load_sensor(file) if file else None, fps_hz)
         wanted = Wanted(sensor=known, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, known, offset_s)
     page = (host, port, token) if web else None
     greeting = {"name": name, "beside": _pages_in(beside)}
-    give_out(sources, pipeline, page, lsl, as_json, control, greeting)
+    with let_go(sources):
+        if learn is not None:
+            pipeline.learn(learn, (video or "").startswith("rig"))
+        give_out(sources, pipeline, page, lsl, as_json, control, greeting)
 
 
 def _pages_in(beside: Sequence[str]) -> dict[str, int]:

@@ -1,17 +1,28 @@
 """What is asked for while it runs: by a key in the terminal, or by a line on standard input."""
 
 import os
+import re
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING
+
+from afferents.errors import InputError
+
+if TYPE_CHECKING:
+    from afferents.live.lessons import Lessons
 
 KEY, LINE = "z", "rest"
 """That set rest anew."""
+_LESSON = re.compile(r"learn(?: +(?P<name>.+?)(?: +at +(?P<speed>[\d.]*\d))?)?")
 
 
 @contextmanager
-def set_rest_when_asked(set_rest: Callable[[], object], lines: bool = False) -> Iterator[None]:
+def set_rest_when_asked(
+    set_rest: Callable[[], object], lines: bool = False, lessons: "Lessons | None" = None
+) -> Iterator[None]:
     """Call a function whenever somebody asks for it, while the inside runs.
 
     Parameters
@@ -21,9 +32,11 @@ def set_rest_when_asked(set_rest: Callable[[], object], lines: bool = False) -> 
     lines
         Whether each line ``rest`` on standard input asks, as a program writes it; else the key
         ``z``, where there is a terminal.
+    lessons
+        That lines ``learn NAME`` or ``learn NAME at SPEED`` begin, and ``learn`` ends.
     """
     if lines:
-        _listen(_take_lines, set_rest)
+        _listen(partial(_take_lines, lessons), set_rest)
         yield
     elif not _is_ours():
         yield
@@ -57,10 +70,18 @@ def _take_keys(set_rest: Callable[[], object]) -> None:
             set_rest()
 
 
-def _take_lines(set_rest: Callable[[], object]) -> None:
-    for line in sys.stdin:
-        if line.strip() == LINE:
-            set_rest()
-        else:
-            found = line.strip()
-            sys.stderr.write(f"--control: expected a line '{LINE}', found '{found}'\n")
+def _take_lines(lessons: "Lessons | None", set_rest: Callable[[], object]) -> None:
+    for line in map(str.strip, sys.stdin):
+        asked = _LESSON.fullmatch(line)
+        try:
+            if line == LINE:
+                set_rest()
+            elif asked is None or lessons is None:
+                known = f"'{LINE}'" if lessons is None else f"'{LINE}', 'learn NAME' or 'learn'"
+                raise InputError(f"expected a line {known}, found '{line}'")
+            elif asked["name"]:
+                lessons.start(asked["name"], asked["speed"] or "")
+            else:
+                lessons.stop()
+        except InputError as error:
+            sys.stderr.write(f"--control: {error}\n")

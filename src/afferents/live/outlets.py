@@ -45,13 +45,19 @@ def publish(
     """
     pylsl = import_extra("lsl", "--lsl", "pylsl")
     words = {name: pylsl.StreamOutlet(_words(pylsl, name)) for name in textures}
-    numbers = {
-        name: pylsl.StreamOutlet(_numbers(pylsl, name, several))
-        for name, several in textures.items()
-        if several
-    }
+    given: dict[str, tuple[str, ...]] = {}
+    numbers: dict[str, Any] = {}
+
+    def open_numbers(name: str, several: Sequence[str]) -> None:
+        if several and given.get(name) != tuple(several):  # more may be taught
+            given[name] = tuple(several)
+            numbers[name] = pylsl.StreamOutlet(_numbers(pylsl, name, several))
+
+    for name, several in textures.items():
+        open_numbers(name, several)
     nothing = float("nan")
     for prediction in predictions:
+        open_numbers(prediction.model, tuple(prediction.evidence))
         if outlet := numbers.get(prediction.model):
             known = prediction.probabilities
             outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
@@ -102,7 +108,7 @@ def give_out(
     as_json
         Whether predictions are printed as JSON lines.
     control
-        Whether rest is set by lines on standard input; see `set_rest_when_asked`.
+        Whether lines on standard input set rest and teach; see `set_rest_when_asked`.
     greeting
         What the page is told at first: ``name`` of the fingertip, and ``beside``, the ports of the
         pages of all, by name.
@@ -113,7 +119,7 @@ def give_out(
         As `stream.run`; if packages are missing, or the page can't be served there; without a
         page, if the sources end and nothing was ever known, as of another sensor's clip.
     """
-    with let_go(sources), set_rest_when_asked(pipeline.set_rest, control):
+    with let_go(sources), set_rest_when_asked(pipeline.set_rest, control, pipeline.lessons):
         check_sources(sources, pipeline)  # before anything is opened for the predictions
         predictions = _predictions(sources, pipeline, lsl, as_json)
         if web is not None:

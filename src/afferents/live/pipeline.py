@@ -1,7 +1,8 @@
 """The live pipeline: from what a camera and a microphone give to predictions."""
 
 from collections.abc import Iterator, Sequence
-from typing import Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
@@ -21,6 +22,9 @@ from afferents.live.reporters import Reporter
 from afferents.live.sensor_streams import AudioStream, SensorStream, VideoStream
 from afferents.markers.sensor import Sensor
 
+if TYPE_CHECKING:  # what learns is slow to import
+    from afferents.live.lessons import Lessons
+
 
 class LivePipeline:
     """A camera, a microphone, or both, with the models that classify by them, or without any.
@@ -36,6 +40,7 @@ class LivePipeline:
     def __init__(self, video: VideoStream | None, audio: AudioStream | None) -> None:
         """Prepare for the first frame and the first sample."""
         self.video, self.audio = video, audio
+        self.lessons: Lessons | None = None
         both: dict[Channel, SensorStream | None] = {"video": video, "audio": audio}
         self.by_channel = {channel: one for channel, one in both.items() if one is not None}
 
@@ -137,6 +142,25 @@ class LivePipeline:
         if self.video is not None:
             self.video.follower.set_rest()
         return self.video is not None
+
+    def learn(self, folder: Path, simulated: bool = False) -> None:
+        """Let textures be taught from now on, and say what is recognised of them; see `Lessons`.
+
+        Raises
+        ------
+        InputError
+            If there are no images to learn from, or the folder is not one of such lessons.
+        """
+        from afferents.live.lessons import Lessons
+
+        if self.video is None:
+            raise InputError("--learn: expected a source of images (--video), found none")
+        rate_hz = self.audio.rate_hz if self.audio else None
+        sensor = self.video.follower.sensor
+        self.lessons = Lessons(folder, sensor, self.video.rate_hz, rate_hz, simulated)
+        self.video.learn(self.lessons)
+        if self.audio is not None:
+            self.audio.lessons = self.lessons
 
     def show_spikes(self) -> None:
         """From now on simulate units that the responses drive, for `trains`."""

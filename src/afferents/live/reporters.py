@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import Quality
 from afferents.models.evidence import SURE, EvidenceAccumulator
+
+if TYPE_CHECKING:  # what learns is slow to import
+    from afferents.live.lessons import TaughtNetwork
 
 
 class Reporter:
@@ -117,9 +120,15 @@ class ModelReporter(Reporter):
         As for `Reporter`.
     """
 
-    def __init__(self, network: Network, counters: Counters, quality: Quality) -> None:
+    def __init__(
+        self, network: "Network | TaughtNetwork", counters: Counters, quality: Quality
+    ) -> None:
         """Start without evidence."""
         super().__init__(network.card.model, counters, quality)
+        self.use(network)
+
+    def use(self, network: "Network | TaughtNetwork") -> None:
+        """Say from now on what a network recognises."""
         self.network, self.card = network, network.card
         self.textures = self.card.textures
         self._evidence = EvidenceAccumulator(len(self.card.textures), self.card.evidence_per_s)
@@ -149,8 +158,11 @@ class ModelReporter(Reporter):
     ) -> Prediction | None:
         """Say what a frame is, by the network's channel; None where it lacks that.
 
-        While nothing touches the skin there is no evidence; a touch begins after that.
+        While nothing touches the skin there is no evidence; a touch begins after that. Before
+        anything was taught there is only a look.
         """
+        if not self.textures:
+            return super().report_frame(felt, time_s, every_s, arrived_s)
         found = 1 - felt.touch.lost
         if found and not felt.touch.touching:
             self.begin()
@@ -202,8 +214,9 @@ class ModelReporter(Reporter):
 
 def limit_confidence(probabilities: NDArray[np.floating], most: float) -> NDArray[np.floating]:
     """Return probabilities of which none is higher than `most`, evened out as far as that needs."""
-    even, highest = 1 / len(probabilities), float(probabilities.max())
-    if highest <= most:
+    highest = float(probabilities.max(initial=0))
+    if highest <= most or len(probabilities) == 1:
         return probabilities
+    even = 1 / len(probabilities)
     share = max(0.0, (most - even) / (highest - even))
     return even + share * (probabilities - even)

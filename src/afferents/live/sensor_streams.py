@@ -4,7 +4,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from afferents.live.quality import AudioQuality, Quality, VideoQuality
 from afferents.live.raster import Raster
 from afferents.live.reporters import ModelReporter, Reporter
 from afferents.markers.sensor import Sensor
+
+if TYPE_CHECKING:  # what learns is slow to import
+    from afferents.live.lessons import Lessons
 
 LATE_S = 0.1
 """What lags more than this behind the quickest arrival tells of the past."""
@@ -183,6 +186,7 @@ class AudioStream(SensorStream):
         self.every_s = float(getattr(encoding, "stride_s", 1.0))
         self.n_channels = n_channels
         self.offset_s = offset_s
+        self.lessons: Lessons | None = None
         self.newest: Ready | None = None
         self._samples: VibrationStream = encoding.stream(rate_hz, n_channels)
         self._next_s: float | None = None
@@ -219,6 +223,8 @@ class AudioStream(SensorStream):
         assert isinstance(event, Sound)
         time_s = event.time_s - self.offset_s
         yield from self._predict(event, time_s)
+        if self.lessons is not None:
+            self.lessons.hear(time_s, event.samples)
         self.quality.add(event)
         self.raster.take(time_s, event.samples)
 
@@ -304,6 +310,7 @@ class VideoStream(SensorStream):
         self._filling, self._step = Filling(), 1.0
         self._rest: NDArray[np.floating] | None = None
         self._longest = SLOW if networks else math.inf  # who looks on may see slow pictures
+        self.lessons: Lessons | None = None
 
     @classmethod
     def of(cls, networks: Sequence[Network]) -> Self:
@@ -323,8 +330,17 @@ class VideoStream(SensorStream):
             as_form(card.sensor, Sensor, networks[0].path, wanted, do), card.fps_hz, networks
         )
 
+    def learn(self, lessons: "Lessons") -> None:
+        """Let textures be taught from now on, and say what is recognised of them."""
+        self.lessons = lessons
+        self._channels.add(lessons.network.channel)
+        self._taught = ModelReporter(lessons.network, self.counters, self.quality)
+        models = [one for one in self.reporters if isinstance(one, ModelReporter)]
+        self.reporters = [*models, self._taught]
+
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
+        self._end_lesson()
         self.follower.begin()
         self.newest = self._rest = None
         self._filling, self._step = Filling(), 1.0  # of frames in a row, in periods, over a second
@@ -365,6 +381,24 @@ class VideoStream(SensorStream):
             return
         for picture, touch in felt:
             yield from self._report(picture, touch)
+        self._end_lesson()
+
+    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Prediction]:
+        """End a lesson, too; see `SensorStream.interrupt`."""
+        self._end_lesson()
+        return super().interrupt(trouble, state)
+
+    def _end_lesson(self) -> None:
+        if self.lessons is not None:
+            self.lessons.end()
+            self._use(self.lessons)
+
+    def _use(self, lessons: "Lessons") -> None:
+        """Recognise what was taught, and tell what happened."""
+        if lessons.network is not self._taught.network:
+            self._taught.use(lessons.network)
+        while lessons.said:
+            self._taught.interrupt(lessons.said.pop(0))
 
     def _report(self, picture: CameraFrame, touch: Touch) -> Iterator[Prediction]:
         """Yield what is predicted by a frame, and only then prepare what is drawn."""
@@ -388,6 +422,9 @@ class VideoStream(SensorStream):
                 said = reporter.report_frame(filled, self.now_s, self.every_s, picture.arrived_s)
                 if said is not None:
                     yield said
+        if self.lessons is not None and self.follower.sensor is not None:
+            self.lessons.take(picture, filled, self.follower.sensor)
+            self._use(self.lessons)
         more = self._filling.feed(touch, self._more)
         self.newest = Filled(touch, {**filled.markers, **more})
         self.raster.take(touch.time_s, self.newest)

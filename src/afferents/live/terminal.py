@@ -59,17 +59,17 @@ class Screen(Newest):
         """Nothing has come yet."""
         super().__init__()
         self._pipeline = pipeline
-        self._most_sure = {
-            reporter.name: reporter.card.most_sure
-            for _, reporter in pipeline.reporters
-            if isinstance(reporter, ModelReporter)
-        }
 
     def draw(self, console: Console) -> RenderableType:
         """Return the picture as it is now; without colours, in words alone."""
         latest = [prediction for prediction, _ in self.predictions.values()]
-        if self._most_sure:
-            return Group(*(_bars(p, self._most_sure[p.model]) for p in latest))
+        most_sure = {
+            reporter.name: reporter.card.most_sure
+            for _, reporter in self._pipeline.reporters
+            if isinstance(reporter, ModelReporter) and reporter.textures
+        }
+        if most_sure:
+            return Group(*(_bars(p, most_sure[p.model]) for p in latest if p.model in most_sure))
         parts: list[RenderableType] = []
         video, audio = self._pipeline.video, self._pipeline.audio
         if video is not None:

@@ -45,7 +45,7 @@ class EvidenceAccumulator:
     @property
     def probabilities(self) -> NDArray[np.float64]:
         """What all evidence says, shape (n_classes,)."""
-        powers = np.exp(self._sum - self._sum.max())
+        powers = np.exp(self._sum - self._sum.max(initial=-np.inf))
         return np.asarray(powers / powers.sum())
 
     @property

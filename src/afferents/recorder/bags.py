@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from afferents.devices.base import CameraSettings
 from afferents.errors import InputError, reading
-from afferents.recorder.files import VideoWriter
 from afferents.recordings.ros_messages import (
     NS,
     PCM,
@@ -30,6 +29,7 @@ from afferents.recordings.ros_messages import (
     SOUND,
     typestore,
 )
+from afferents.recordings.writers import VideoWriter
 
 _PICTURES = (PICTURE, RAW_PICTURE)
 _SOUNDS = (SOUND, ROS_SOUND, ROS_SOUND_STAMPED)

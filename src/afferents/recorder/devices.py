@@ -21,8 +21,8 @@ from afferents.devices.base import (
 )
 from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
 from afferents.errors import AfferentsError, InputError
-from afferents.recorder.files import HEADER_BYTES, SAMPLE_BYTES
 from afferents.recorder.plan import Plan
+from afferents.recordings.writers import HEADER_BYTES, SAMPLE_BYTES
 
 SIMULATED = "simulated"
 """Kind of the devices of a dry run."""

@@ -26,7 +26,6 @@ from afferents.files import (
 )
 from afferents.outputs import writing_alone
 from afferents.recorder.bags import Bag, ImportedFiles, extract_files, is_bag
-from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.session import RUN, require_same_rates
@@ -35,6 +34,7 @@ from afferents.recordings.layouts import AUDIO, VIDEO, recording_folders
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
+from afferents.recordings.writers import CONTAINER, TICKS_HZ, TIME_BASE
 
 TIME, SEQUENCE = "time_s", "sequence"
 _RATES_HZ = 1.0, 5000.0

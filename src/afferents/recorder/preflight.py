@@ -21,11 +21,11 @@ from afferents.markers.detect import detect, spacing_px
 from afferents.markers.sensor import Sensor
 from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
 from afferents.recorder.devices import Devices
-from afferents.recorder.files import SAMPLE_BYTES
 from afferents.recorder.gate import Check, count_on
 from afferents.recorder.plan import Plan
 from afferents.recorder.run import WARM_UP
 from afferents.recordings.run_log import SURE
+from afferents.recordings.writers import SAMPLE_BYTES
 from afferents.store.recording import as_grey
 
 LOOKED_S = 1.5

@@ -13,11 +13,11 @@ from afferents.devices.base import Block, DeviceError, DriveState, Frame
 from afferents.devices.picture import is_torn
 from afferents.errors import AfferentsError, reason_of
 from afferents.recorder.devices import PATIENCE_S, Devices
-from afferents.recorder.files import SoundWriter, VideoWriter
 from afferents.recorder.plan import Plan
 from afferents.recorder.watch import Watch
 from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log, sound_clock
+from afferents.recordings.writers import SoundWriter, VideoWriter
 from afferents.store.drum_path import Drum
 
 DAMAGED = "damaged"

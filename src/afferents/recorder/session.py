@@ -24,11 +24,11 @@ from afferents.files import (
 )
 from afferents.markers.sensor import packaged_sensors
 from afferents.recorder.devices import Devices
-from afferents.recorder.files import repair
 from afferents.recorder.gate import Check, Counts
 from afferents.recorder.plan import Entry, Plan
 from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.session_file import SESSION_FILE
+from afferents.recordings.writers import repair
 from afferents.version import __version__
 
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"

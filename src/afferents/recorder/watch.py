@@ -185,7 +185,7 @@ class Watch:
 
     # What they who look on ask, and see.
 
-    def request(self, what: str) -> bool:
+    def request(self, what: str, _: object = None) -> bool:
         """Do what somebody asks; tell whether it can be done now."""
         if what not in self._can:
             return False

@@ -86,7 +86,7 @@ NAMES = {
 KINDS = {name: kind for kind, names in NAMES.items() for name in names.split()}
 SIZES = {"extract": "short", **dict.fromkeys(("evaluate", "explain", "train"), "large")}
 """Of sessions and stores, where a command needs more recordings than others, or one will do."""
-WRITES = {"simulate": "session", "record": "session", "import": "session"}
+WRITES = {"simulate": "session", "record": "session", "import": "session", "live": "learn"}
 """What a command writes that is not called `out`, `save`, `overlay` or `to`."""
 NO_FILES = {"HOST", "F120", "F250"}
 NAME = re.compile(r"(?<![\w./-])(?:[A-Z][A-Z0-9]*(?:\.\w+)?|[\w-]+\.[a-z]\w+)(?![\w.-])")

@@ -45,6 +45,22 @@ def test_another_program_gets_probabilities_and_percepts(models):
     assert json.loads(words[0])["fresh"] is False
 
 
+def test_what_was_taught_since_has_an_outlet_of_its_own():
+    before = Prediction("lessons", "looking", 1.0)
+    felt = {"cork": 0.2, "felt": 0.8}
+    after = Prediction("lessons", "texture", 2.0, "felt", probabilities=felt, evidence=felt)
+    stream = publish(iter([before, after, after]), {"lessons": ()})
+    assert next(stream) is before
+    assert not pylsl.resolve_byprop("source_id", "afferents-lessons", timeout=0.2)
+    next(stream)
+    (info,) = pylsl.resolve_byprop("source_id", "afferents-lessons", timeout=60)
+    inlet = pylsl.StreamInlet(info)
+    inlet.open_stream(timeout=60)
+    assert next(stream) is after
+    numbers, _ = inlet.pull_sample(timeout=60)
+    assert [round(n, 4) for n in numbers] == [0.2, 0.8]
+
+
 def test_who_looks_without_a_model_gives_percepts_and_no_probabilities():
     looked = Prediction("camera", "looking", 1.0, markers_found=1.0)
     stream = publish(iter([looked, looked]), {"camera": ()})

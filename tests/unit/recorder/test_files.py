@@ -7,9 +7,9 @@ import soundfile
 
 from afferents.devices import CameraSettings
 from afferents.errors import InputError
-from afferents.recorder.files import SoundWriter, VideoWriter, repair
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import VideoFile
+from afferents.recordings.writers import SoundWriter, VideoWriter, repair
 
 WIDTH, HEIGHT, FPS = 64, 48, 90
 RNG = np.random.default_rng(0)

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any
 from urllib.parse import quote, urlsplit
 
+from afferents.errors import InputError
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
@@ -23,6 +24,10 @@ from afferents.live.web.snapshot import Shown, Snapshots
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
+
+Asked = Callable[[str, Mapping[str, str]], bool]
+"""Does what a visitor asks, which may be said more closely, and tells whether it can be done now;
+an `InputError` says why not."""
 
 WAITING_S = 0.5
 """A page that has nothing new to come sleeps for so long."""
@@ -61,9 +66,15 @@ def serve(
     snapshots.repeats = again is not None
     asked = threading.Event()
 
-    def request(what: str) -> bool:
+    def request(what: str, said: Mapping[str, str]) -> bool:
         if what == "rest":
             return pipeline.set_rest()
+        if what == "learn" and pipeline.lessons is not None:
+            pipeline.lessons.start(said.get("name", ""), said.get("speed", ""))
+            return True
+        if what == "learnt" and pipeline.lessons is not None:
+            pipeline.lessons.stop()
+            return True
         can = what == "again" and snapshots.repeats and snapshots.ended is not None
         if can:
             asked.set()
@@ -82,7 +93,7 @@ def serve(
             predictions = again()
 
 
-def application(shown: Shown, host: str, token: str | None, request: Callable[[str], bool]) -> Any:
+def application(shown: Shown, host: str, token: str | None, request: Asked) -> Any:
     """Return the ASGI application: the page, its files, one web socket, and what may be asked."""
     from starlette.applications import Starlette
     from starlette.middleware import Middleware
@@ -114,7 +125,10 @@ def application(shown: Shown, host: str, token: str | None, request: Callable[[s
             return PlainTextResponse(
                 "The token is missing or wrong, or the page is another's.", 403
             )
-        done = request(asked.path_params["what"])
+        try:
+            done = request(asked.path_params["what"], asked.query_params)
+        except InputError as error:
+            return PlainTextResponse(str(error), 409)
         return PlainTextResponse("done" if done else "not now", 200 if done else 409)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
@@ -154,8 +168,11 @@ async def _attend(visitor: Any, shown: Shown) -> None:
 
     gone = asyncio.create_task(listen())
     try:
-        await visitor.send_text(json.dumps(shown.hello()))
+        hello = ""
         while not gone.done():
+            if (now := json.dumps(shown.hello())) != hello:  # more may be taught
+                hello = now
+                await visitor.send_text(hello)
             state, jpeg = shown.newest()
             await visitor.send_text(state)
             if jpeg is not None:
@@ -188,7 +205,7 @@ def page_beside(
     host: str,
     port: int,
     token: str | None,
-    request: Callable[[str], bool],
+    request: Asked,
 ) -> Iterator[None]:
     """Serve a page while the inside runs.
 
@@ -201,7 +218,7 @@ def page_beside(
     token
         Word that visitors must give as `?token=`; None for none.
     request
-        Does what a visitor asks, and tells whether it can be done now.
+        See `Asked`.
 
     Raises
     ------

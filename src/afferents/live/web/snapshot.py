@@ -100,7 +100,7 @@ class Snapshots(Shown, Newest):
 
     def state(self) -> dict[str, Any]:
         """Return the newest of everything but the picture."""
-        now_s = time.monotonic()
+        now_s, lessons = time.monotonic(), self._pipeline.lessons
         return {
             "type": "state",
             "ended": self.ended,
@@ -111,6 +111,7 @@ class Snapshots(Shown, Newest):
             ],
             "video": self._video(),
             "audio": self._audio(),
+            "lessons": lessons and lessons.state(),
             "spikes": [trains.to_dict() for trains in self._pipeline.trains()],
         }
 

@@ -3,6 +3,7 @@
 import { drawRaster, drawSpectrum } from "./draw.js";
 import { colour, drawMap, showScale } from "./maps.js";
 import { showRecording } from "./record.js";
+import { showLessons } from "./teach.js";
 
 const STALE_S = 1; // older than that nothing is shown as if it were now
 const HISTORY = 600; // columns of the history, one a message
@@ -247,13 +248,17 @@ function troublesOf(percept) {
   return said.filter(Boolean);
 }
 
+// A moment after a lesson there may be a prediction from before it.
+const isOfItsModel = ({ model, evidence }) => models.get(model)?.model.textures.every((texture) => texture in evidence);
+
 function show() {
   if (!state) return;
   if (state.recording) showRecording(state.recording); // never paused: it says what is to be done
   $("again").hidden = !(state.ended && state.repeats);
+  if (state.lessons) showLessons(state.lessons);
   if (paused) return;
   $("link").textContent = state.ended ?? "live";
-  const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
+  const said = state.percepts.filter(isOfItsModel).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
   showSpikes(state.spikes);
@@ -305,7 +310,7 @@ const rest = () => fetch(`do/rest${location.search}`, { method: "POST" });
 $("rest").onclick = rest;
 $("mark").onclick = mark;
 addEventListener("keydown", (event) => {
-  if (event.target.closest("button, summary, a") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.closest("button, summary, a, input") || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " ") { event.preventDefault(); pause(); }
   if (event.key === "m") mark();
   if (event.key === "z" && !$("rest").hidden) rest();

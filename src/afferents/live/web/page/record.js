@@ -44,7 +44,7 @@ async function ask(what) {
 for (const [what, key] of Object.entries(ACTIONS)) {
   $(`do-${what}`).onclick = () => ask(what);
   addEventListener("keydown", (event) => {
-    if (event.target.closest("button, summary, a") || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.closest("button, summary, a, input") || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === key && !event.repeat) ask(what);
   });
 }
