@@ -36,9 +36,9 @@ TURNS = [
 ]
 """Drums, their speeds, mm/s, and by which name they are taught."""
 SECONDS, SEED = 4.0, 5
-SPEED = 0.12
+SPEED = 0.15
 """Seconds of the rig in a second."""
-SIZE, SHOWN = {"width": 1000, "height": 660}, (900, 594)
+SIZE, SHOWN = {"width": 1180, "height": 700}, (944, 560)
 EVERY_S = 0.25
 """Between two pictures of the film, s."""
 LAST_S = 2.0

@@ -383,11 +383,6 @@ class VideoStream(SensorStream):
             yield from self._report(picture, touch)
         self._end_lesson()
 
-    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Prediction]:
-        """End a lesson, too; see `SensorStream.interrupt`."""
-        self._end_lesson()
-        return super().interrupt(trouble, state)
-
     def _end_lesson(self) -> None:
         if self.lessons is not None:
             self.lessons.end()

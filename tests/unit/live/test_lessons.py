@@ -221,13 +221,18 @@ def test_a_disk_that_fills_ends_the_lesson_and_the_stream_goes_on(touches, tmp_p
     assert not any((tmp_path / "new").iterdir())
 
 
-def test_a_camera_that_goes_ends_the_lesson_which_is_kept(touches, tmp_path):
+def test_a_camera_that_goes_and_comes_back_leaves_a_gap_in_a_lesson(touches, tmp_path):
     pipeline = opened(tmp_path / "new")
     pipeline.lessons.start("felt")
-    for picture in pictures(touches["felt", 400]):
-        list(pipeline.feed(picture))
-    list(pipeline.feed(Trouble("video", 3.0, "it was pulled out")))
-    assert told(pipeline) == "'felt' was learnt from 1.6 s"
+    came = list(pictures(touches["felt", 400]))
+    trouble = Trouble("video", came[120].time_s, "it was pulled out")
+    for event in [*came[:120], trouble, *came[150:]]:
+        list(pipeline.feed(event))
+    pipeline.lessons.stop()
+    list(pipeline.feed(next(pictures(touches["felt", 400], begin_s=3.1))))
+    assert told(pipeline).startswith("'felt' was learnt from 1.")
+    (responses,) = afferents.extract(tmp_path / "new", tmp_path / "S.zarr", workers=1, quiet=True)
+    assert np.diff(responses[dims.TIME].values).max() == pytest.approx(31 / FPS, abs=1e-3)
 
 
 def test_a_folder_of_something_else_or_of_another_sensor_is_refused(lessons, session, tmp_path):
