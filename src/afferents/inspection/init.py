@@ -86,7 +86,8 @@ MOST_NAMED = 30
 def grid_sentence(session: RecordingSet) -> str:
     """Say of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
-    at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
+    n = len(session.speeds_mm_s)
+    at = f"{n} speed{'s' * (n > 1)} ({speeds} mm/s)" if speeds else "unknown speed"
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
         f"({some_of(session.textures)}) at {at}."

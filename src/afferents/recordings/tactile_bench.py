@@ -22,7 +22,7 @@ import pandas as pd
 
 from afferents.errors import InputError, reading
 from afferents.recordings.media import named
-from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder
+from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder, times_beside
 from afferents.recordings.session import PublishedSession
 from afferents.recordings.session_file import SESSION_FILES, SessionFile, declared_by
 from afferents.store.beside import Beside
@@ -136,6 +136,7 @@ class Streams(PublishedSession):
                     "video": f"{STILLS}/{image.stem}",
                     "texture": row[TEXTURE],
                     "rest_frame": 0,
+                    **_all_of(stills / image.stem),
                     "conditions": _conditions(row, TEXTURE, STILLS),
                 })  # fmt: skip
             elif (stills / image.name).is_file():
@@ -160,6 +161,11 @@ class Streams(PublishedSession):
             f"stream ({named(Path(), without)}): they have no RA-I, and are left out."
         ] * bool(without)
         return _declared(recordings, self.path, notes, reference=rests[0], rest="reference")
+
+
+def _all_of(stream: Path) -> dict[str, tuple[float, float]]:
+    """Return a stream's steady part, which is all of it; else none, where no CSV says how long."""
+    return {"steady_s": (0.0, ImageFolder(stream).duration_s)} if times_beside(stream) else {}
 
 
 class Runs(PublishedSession):
@@ -196,7 +202,12 @@ class Runs(PublishedSession):
             raise InputError(
                 f"{self.path}: expected run_1 and others beside the press, found none; copy them"
             )
-        more = {"press": {**press, "texture": "press", "id": "run_0"}} if press else {}
+        more: dict[str, Any] = {}
+        if press:
+            more = {"press": {**press, "texture": "press", "id": "run_0"}}
+            first = next(iter(ImageFolder(self.path / press["video"], 1.0).numbered.values()))
+            if isinstance(first, Path):  # it shows the skin at rest; one in a zip is no file
+                more["reference"] = first.relative_to(self.path).as_posix()
         notes = [
             f"Pose or force of {len(without)} of {len(recordings)} runs is not kept "
             f"({named(self.path, without)}): it is not there, or not in run_0, whose press sets "
