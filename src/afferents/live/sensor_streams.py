@@ -381,7 +381,9 @@ class VideoStream(SensorStream):
             return
         for picture, touch in felt:
             yield from self._report(picture, touch)
-        self._end_lesson()
+        if self.lessons is not None and self.lessons.state()["name"] is not None:
+            self._end_lesson()
+            yield from self.report_nothing("waiting")  # which tells what was learnt
 
     def _end_lesson(self) -> None:
         if self.lessons is not None:

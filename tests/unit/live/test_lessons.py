@@ -102,8 +102,9 @@ def test_what_was_taught_is_recognised_at_another_speed_and_no_other_texture_is(
 
 def test_one_texture_is_recognised_or_unknown(touches, tmp_path):
     pipeline = opened(tmp_path / "new")
-    before = play(pipeline, touches["felt", 400], name="felt")
+    *before, last = play(pipeline, touches["felt", 400], name="felt")
     assert {one.state for one in before} == {"looking"}
+    assert (last.state, last.troubles) == ("waiting", ("'felt' was learnt from 1.6 s",))
     again = play(pipeline, touches["felt", 600])
     assert named(again) == "felt"
     assert again[-1].evidence == {"felt": 1.0}
@@ -215,7 +216,7 @@ def test_a_disk_that_fills_ends_the_lesson_and_the_stream_goes_on(touches, tmp_p
 
     monkeypatch.setattr("afferents.recordings.writers.VideoWriter.write", full)
     said = play(pipeline, touches["felt", 400], name="felt")
-    assert len(said) == len(touches["felt", 400]) - SENSOR.rest_frame
+    assert len(said) == len(touches["felt", 400]) - SENSOR.rest_frame  # all that came
     assert "'felt' was not learnt: " in told(pipeline)
     assert "no space left on the disk" in told(pipeline)
     assert not any((tmp_path / "new").iterdir())
