@@ -223,7 +223,7 @@ class Follower:
         """Wait for the first frame, with the skin at rest."""
         self.sensor = sensor
         self.counters = Counters()
-        self._is_given = sensor is not None
+        self._is_given = sensor is not None and sensor.name != NAME  # else a clip was looked at
         self._cadence = Cadence(rate_hz, is_known)
         self._again_s = math.nan
         self.begin()
