@@ -13,7 +13,8 @@ from afferents.dims import SA1
 from afferents.live.events import CameraFrame, Sound
 from afferents.live.images import Filled
 from afferents.live.rest import MOVED_PX, MOVED_SHARE
-from afferents.markers.detect import spacing_px
+from afferents.markers.detect import spacing_px, without_shine
+from afferents.markers.sensor import Sensor
 from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
 from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
 from afferents.quality.sound import measure_level
@@ -143,8 +144,8 @@ class VideoQuality(Quality):
         self._sample: NDArray[np.uint8] | None = None
         self._light: ImageQuality | None = None
 
-    def add(self, picture: CameraFrame, found: Filled | None) -> None:
-        """Take in a frame and what was found in it; None before the rest frame."""
+    def add(self, picture: CameraFrame, found: Filled | None, sensor: Sensor | None) -> None:
+        """Take in a frame and what was found in it, of which sensor; None before the rest frame."""
         before, self._sample = self._sample, sample_pixels(picture.frame.luma)
         if not math.isnan(change := mean_motion(self._sample, before)):
             self._change.append(change)
@@ -160,7 +161,10 @@ class VideoQuality(Quality):
             self._light = None
             if found is not None and found.touch.detected.any():
                 at = found.touch.seen[found.touch.detected]
-                self._light = measure_image_quality(picture.frame.image, at, spacing_px(at))
+                plain = picture.frame.image
+                if sensor is not None:
+                    plain = without_shine(plain, sensor.detector)
+                self._light = measure_image_quality(plain, at, spacing_px(at))
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 
     def _measure(self) -> dict[str, float]:

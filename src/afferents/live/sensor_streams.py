@@ -370,7 +370,7 @@ class VideoStream(SensorStream):
         for picture, touch in felt:
             yield from self._report(picture, touch)
         self.picture = event
-        self.quality.add(event, self.newest)
+        self.quality.add(event, self.newest, self.follower.sensor)
 
     def end(self) -> Iterator[Prediction]:
         """Say what the first frames show, be they few; see `SensorStream.end`."""

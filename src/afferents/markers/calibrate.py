@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from afferents.documents import quoted
 from afferents.errors import InputError, then
-from afferents.markers.detect import Positions, spacing_px, turned
+from afferents.markers.detect import Positions, spacing_px, turned, without_shine
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
 from afferents.markers.rest import (
@@ -266,7 +266,9 @@ def calibrate_from_clips(
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
     described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    quality = measure_image_quality(first.image, position, spacing_px(position))
+    quality = measure_image_quality(
+        without_shine(first.image, sensor.detector), position, spacing_px(position)
+    )
     return Calibration(
         sensor, first.image, position, suspects, found, quality, int(again.sum()), n_checked, clips
     )

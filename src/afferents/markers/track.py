@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
-from afferents.markers.detect import Positions, detect, enlarged, scaled, spacing_px
+from afferents.markers.detect import (
+    Positions,
+    detect,
+    enlarged,
+    scaled,
+    spacing_px,
+    without_shine,
+)
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
@@ -426,7 +433,9 @@ def start_at_rest(
     still = median_picture([frame.luma for frame in frames[: found.n_still]])
     tracker = Tracker(sensor, rest.position, method, still, frames[0].levels, rest.present)
     shown = rest.position[rest.present] if rest.present.any() else found.position
-    picture = measure_image_quality(images[0], shown, spacing_px(shown))
+    picture = measure_image_quality(
+        without_shine(images[0], sensor.detector), shown, spacing_px(shown)
+    )
     return Begun(tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture))
 
 

@@ -17,7 +17,7 @@ from afferents.devices.base import (
 )
 from afferents.devices.picture import picture_of
 from afferents.files import free_bytes
-from afferents.markers.detect import detect, spacing_px
+from afferents.markers.detect import detect, spacing_px, without_shine
 from afferents.markers.sensor import Sensor
 from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
 from afferents.recorder.devices import Devices
@@ -115,7 +115,8 @@ def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
     if len(found) < max(4, 0.9 * usual):
         said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
         return Check("picture", False, said, "see to light, focus, and the sensor file")
-    quality = measure_image_quality(image, found, spacing_px(found))
+    plain = without_shine(image, sensor.detector)
+    quality = measure_image_quality(plain, found, spacing_px(found))
     said = (
         f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "
         f"{quality.saturated:.0%} saturated"

@@ -201,3 +201,11 @@ def test_a_real_gel_is_found_whole_and_one_without_dots_is_refused():
     assert (found.sensor.rows, found.sensor.columns, found.n_again) == (7, 10, 70)
     with pytest.raises(InputError, match=r"expected at least 6 bright or dark blobs"):
         calibrate_from_clips(open_clip(CLIPS / "mini_without_markers.mp4", 25.0), "plain")
+
+
+@pytest.mark.parametrize("name", ["highlights", "bright with dark middles"])
+def test_light_is_measured_beside_highlights(name):
+    look = LOOKS[name]
+    quality = calibrate_from_clips(made(look)[0], "made").picture
+    assert quality.disc_grey == pytest.approx(look.dot, abs=25)
+    assert quality.skin_grey == pytest.approx(look.skin, abs=25)
