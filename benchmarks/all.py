@@ -35,6 +35,7 @@ SHORT = {
 LEFT_OUT = {
     "evaluate_memory": "takes ten minutes and 5 GB",
     "many_recordings": "takes an hour and more",
+    "lessons": "takes half an hour",
     "object_storage": "needs a server and packages that nothing else needs",
 }
 """Why the others don't run here."""

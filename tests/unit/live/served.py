@@ -25,9 +25,9 @@ def main(files, places):
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), newest=None, picture=None)
     sight.rate_hz = RATE_HZ
-    sight.follower = SimpleNamespace(describe=str)
+    sight.follower = SimpleNamespace(describe=str, sensor=None)
     sight.quality = SimpleNamespace(figures=list, numbers={})
-    pipeline = SimpleNamespace(reporters=[], video=sight, audio=None, trains=list)
+    pipeline = SimpleNamespace(reporters=[], video=sight, audio=None, trains=list, lessons=None)
 
     def predictions():
         while True:
