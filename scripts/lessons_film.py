@@ -20,6 +20,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from afferents.live import Begin, Event, LivePipeline, Pace, ReplayedVideo, run
+from afferents.live.events import Channel
 from afferents.live.web.server import serve
 from afferents.markers.sensor import load_sensor
 from afferents.recordings.video import open_video
@@ -48,7 +49,8 @@ _SAID = "document.querySelector('#teach [role=status]').textContent"
 class Turns:
     """The rig's camera; a run begins when it is let go."""
 
-    channel, rate_hz, speed = "video", 90.0, SPEED
+    channel: Channel = "video"
+    rate_hz, speed = 90.0, SPEED
 
     def __init__(self, folder: Path) -> None:
         """Record all runs."""

@@ -137,8 +137,10 @@ class Bench:
         """Return the time, s, and the drum's way and speed, mm."""
         now_s = self.clock.now()
         rolled_s, film = now_s - self._zero_s, self.film
-        if self.attempt == 0 or rolled_s > film.time_s[-1]:
+        if self.attempt == 0:
             return now_s, 0.0, self.set_mm_s
+        if (over_s := rolled_s - film.time_s[-1]) > 0:  # it goes on turning where the film is over
+            return now_s, film.way_mm[-1] + over_s * self.set_mm_s, self.set_mm_s
         way = float(np.interp(rolled_s, film.time_s, film.way_mm))
         speed = float(np.interp(rolled_s, film.time_s, film.speed_mm_s))
         return now_s, way, speed if self.set_mm_s else 0.0
