@@ -218,7 +218,7 @@ def stream(
     """
     require_finite(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
-    known = sensor_of(str(video), given, fps_hz)
+    known = given or sensor_of(str(video), fps_hz=fps_hz)
     channels: frozenset[Channel] = BOTH if audio is not None else frozenset({"video"})
     wanted, sound = Wanted(channels, known, fps_hz), None if audio is None else str(audio)
     sources = open_sources(str(video), sound, wanted, speed, exposure_ms, fps_hz)
