@@ -41,6 +41,7 @@ from afferents.recordings.video import Footage
 from afferents.store.beside import Lag
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
+from afferents.store.motion import TELL_SPEED, with_motion
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
@@ -187,7 +188,11 @@ def _failures(
 
 def _speedless(session: Session) -> Iterator[str]:
     """Say which recordings have no speed, while it is easily written down."""
-    without = [Path(r.name) for r in session.recordings if r.speed_mm_s is None]
+    without = [
+        Path(r.name)
+        for r in session.recordings
+        if r.speed_mm_s is None and not {log.name for log in r.beside} & TELL_SPEED
+    ]
     if without:
         yield (
             f"{len(without)} of {len(session.recordings)} recordings say no speed "
@@ -335,6 +340,7 @@ def _extract_one(
     if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
     found = found.assign({log.name: log.variable(began_s) for log in beside})
+    found = with_motion(found, beside)
     issues += require_accepted(find_issues(recording, found), extraction.accept)
     found = with_issues(with_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)
