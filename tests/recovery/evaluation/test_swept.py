@@ -12,6 +12,7 @@ import xarray as xr
 from scipy.signal import butter, lfilter
 
 import afferents
+from afferents.errors import InputError
 
 RATE, SECONDS = 1000.0, 8.0
 RIDGES_PER_MM = {name: 0.5 * 1.09**n for n, name in enumerate("abcdef")}
@@ -89,7 +90,30 @@ def accuracy(tmp_path_factory):
 def test_swept_slides_are_recognised_as_constant_ones_if_resampled_by_distance(accuracy):
     constant, swept = accuracy("constant"), accuracy("swept")
     untold = accuracy("swept", resample="time")
-    print(constant, swept, untold)
     assert 60 < constant < 100  # neither easy nor hopeless
     assert swept > constant - 5
     assert untold < constant - 20
+
+
+def test_a_band_of_speed_is_held_out_of_slides_that_go_through_all(tmp_path):
+    results = afferents.evaluate(
+        Slides("swept"), tmp_path / "r", models="order-te-speed-known", split="speed",
+        bands="35,55", window_s=0.3, stride_s=0.1, workers=1, quiet=True,
+    )  # fmt: skip
+    assert results.summary["groups"] == ["0", "35", "55"]
+    assert results.summary["options"]["split"] == "speed-35-55"
+    found = results.summary["models"]["order-te-speed-known"]["nested"]
+    assert not any(found["leaks"].values())
+    assert found["mean_accuracy"] > results.summary["chance"]
+
+
+def test_samples_that_change_too_much_are_left_out(tmp_path):
+    options = {"models": "order-te", "split": "trial", "workers": 1, "quiet": True}
+    short = {"window_s": 0.5, "stride_s": 0.25}
+    all_of = afferents.evaluate(Slides("swept"), tmp_path / "a", **options, **short)
+    fewer = afferents.evaluate(
+        Slides("swept"), tmp_path / "b", speed_change=0.3, **options, **short
+    )
+    assert 0.1 < len(fewer.predictions) / len(all_of.predictions) < 0.9
+    with pytest.raises(InputError, match="--speed-change: expected samples whose speed"):
+        afferents.evaluate(Slides("swept"), tmp_path / "c", speed_change=0.01, **options, **short)
