@@ -367,18 +367,24 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
 
 
 class VideoWithProgress:
-    """A video that moves a progress bar as it is decoded, and keeps its last frame."""
+    """A video that moves a progress bar as it is decoded, and keeps its last frame.
 
-    def __init__(self, video: VideoFile | ImageFolder, progress: Progress) -> None:
-        self._video, self._progress = video, progress
+    `most` frames of it are decoded, or all.
+    """
+
+    def __init__(
+        self, video: VideoFile | ImageFolder, progress: Progress, most: int | None = None
+    ) -> None:
+        self._video, self._progress, self._most = video, progress, most
         self.path, self.fps_hz = video.path, video.fps_hz
         self.width, self.height = video.width, video.height
         self.last: Frame | None = None
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start."""
-        frames = self._video.frames()
-        for frame in self._progress.track(frames, "tracking", self._video.n_frames):
+        frames = islice(self._video.frames(), self._most)
+        n = self._video.n_frames if self._most is None else min(self._video.n_frames, self._most)
+        for frame in self._progress.track(frames, "tracking", n):
             self.last = frame
             yield frame
 
