@@ -20,7 +20,7 @@ from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
-from afferents.recordings.media import IMAGES
+from afferents.recordings.media import IMAGES, refuse_bag
 from afferents.recordings.pictures import ZIP, ImageFolder
 from afferents.store.recording import Frame, GreyImage, Video
 
@@ -263,6 +263,7 @@ def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolde
         If it is neither, or of images without a rate.
     """
     if not (path.is_dir() or path.suffix.lower() == ZIP):
+        refuse_bag(path)
         return open_video(path, fps_hz)
     images = ImageFolder(path, fps_hz)
     _ = images.clock_s
