@@ -84,6 +84,7 @@ def test_inspect_says_what_is_beside_and_draws_the_first_run(runs, tmp_path):
     (kept,) = [line for line in found.sentences if line.startswith("Kept beside: ")]
     assert "force (force_x, force_y, force_z; N; 500 rows a second; in 1 of 1 recordings)" in kept
     assert "m, rad; 125 rows a second" in kept
+    assert sum(line.startswith("No sensor is named") for line in found.sentences) == 1
     press = "run_0 is a press, not a recording: it sets the clock of force and pose."
     assert press in found.sentences
     assert [path.name for path in found.pictures] == ["markers.png", "responses.png"]

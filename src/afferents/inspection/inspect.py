@@ -36,7 +36,7 @@ from afferents.inspection.files import (
 )
 from afferents.inspection.init import grid_sentence, some_of
 from afferents.markers.detect import Positions
-from afferents.markers.sensor import Sensor, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, default_sentences, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
@@ -277,7 +277,10 @@ def inspect_recordings(
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
     found.sentences += reference_sentences(session, sensor)
-    sensors = sensors_of(session, sensor) if isinstance(session, FolderSession) else None
+    sensors = None
+    if isinstance(session, FolderSession):
+        sensors = sensors_of(session, sensor)
+        found.sentences += default_sentences(session, sensor)
     jobs = [
         (recording, data_set, sensors.of(recording) if sensors else None)
         for recording in session.recordings
