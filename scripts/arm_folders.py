@@ -6,9 +6,9 @@
 those of the simulated rig; pose and force have clocks of their own, so far off and drifting.
 """
 
+import argparse
 import csv
 import shutil
-import sys
 import zipfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -168,5 +168,8 @@ def write_runs(
 
 
 if __name__ == "__main__":
-    write_streams(Path(sys.argv[1]) / "streams/train")
-    write_runs(Path(sys.argv[1]) / "runs")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="where to make them")
+    folder = parser.parse_args().folder
+    write_streams(folder / "streams/train")
+    write_runs(folder / "runs")

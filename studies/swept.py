@@ -42,7 +42,7 @@ TOLD, UNTOLD, SEEN = "order-te-speed-known", "order-te", "sa-wave-vector"
 LONG = {"window_s": 2.0, "stride_s": 1.0}
 SHORT = {"window_s": 0.5, "stride_s": 0.25}
 REPETITION = {"split": "repetition", "models": [TOLD, UNTOLD], **LONG}
-SPEED = {"split": "speed", "bands": [35, 50, 65], **SHORT}
+SPEED = {"split": "speed", "bands": [35, 65], **SHORT}
 FORCE = {"split": "force", "bands": [0.03, 0.045], "textures": LETTERS[1:], **SHORT}
 """N. The smooth drum is left out, which is pressed harder at any depth: it is in two bands only."""
 ROWS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -22,7 +22,7 @@ from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, upright_tracks
 from afferents.markers.quality import find_track_issues
-from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, Sensors, default_sentences, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
@@ -131,6 +131,8 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     given, fps_hz = extraction.session, extraction.fps_hz
     session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
     sensors = sensors_of(session, extraction.sensor)
+    for sentence in default_sentences(session, extraction.sensor):
+        progress.note(sentence)
     if session.declared.rest is not None:
         extraction = extraction.model_copy(update={"rest": session.declared.rest})
     lags = measure_clocks(session, sensors)
