@@ -23,7 +23,7 @@ from scipy.signal import resample_poly
 
 import afferents
 from afferents.extraction.extract import marker_responses
-from afferents.parallel import side_by_side
+from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
 from afferents.recordings.tactile_bench import LOGS
 from afferents.rig import STEADY_S, Rig, bumped_surface, project
@@ -43,7 +43,7 @@ LONG = {"window_s": 2.0, "stride_s": 1.0}
 SHORT = {"window_s": 0.5, "stride_s": 0.25}
 REPETITION = {"split": "repetition", "models": [TOLD, UNTOLD], **LONG}
 SPEED = {"split": "speed", "bands": [35, 65], **SHORT}
-FORCE = {"split": "force", "bands": [0.03, 0.045], "textures": LETTERS[1:], **SHORT}
+FORCE = {"split": "force", "bands": [0.03, 0.045], "textures": list(LETTERS[1:]), **SHORT}
 """N. The smooth drum is left out, which is pressed harder at any depth: it is in two bands only."""
 ROWS: dict[str, tuple[str, dict[str, Any]]] = {
     "constant speeds, a repetition held out": ("constant", REPETITION),
@@ -134,7 +134,8 @@ class Slides(afferents.DataSet):
 def measure(seed: int, out: Path) -> dict[str, dict[str, float]]:
     """Return the accuracy of each model in each row, percent."""
     jobs = [(seed, folder_of(letter)) for letter in LETTERS]
-    each = list(side_by_side(simulated, jobs, None, Progress(quiet=True).note))
+    found_of = dict(side_by_side_numbered(simulated, jobs, None, Progress(quiet=True).note))
+    each = [found_of[number] for number in range(len(jobs))]
     by_kind = {
         kind: Slides(kind, [one for drum in each for one in drum[n]])
         for n, kind in enumerate(("constant", "swept"))

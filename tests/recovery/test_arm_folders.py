@@ -34,10 +34,11 @@ def runs(tmp_path_factory):
 def write_logs(root, offset_s, drift):
     """Write pose and force anew, with clocks so far ahead."""
     time_s, depth, _ = arm_folders.pressed(Rig(), 2.8)
-    still = (np.array([0.0, 1.9]), np.ones(2))
+    ends = np.array([0.0, 1.9])
+    still, way = (ends, np.ones(2)), (ends, 50.0 * ends)
     for run, z in enumerate(((time_s, depth), still)):
         began_s = BEGINS + 1 + run * APART_S
-        arm_folders.write_logs(root / f"run_{run}", began_s, z, (offset_s, -offset_s), drift, 50.0)
+        arm_folders.write_logs(root / f"run_{run}", began_s, z, (offset_s, -offset_s), drift, way)
 
 
 @pytest.mark.parametrize("offset_ms", [5, 20, 50])
@@ -68,6 +69,8 @@ def test_runs_are_extracted_with_pose_and_force_beside(runs, run, tmp_path):
     (found,) = afferents.open_responses(tmp_path / "out.zarr")
     assert found.pose.dims == ("pose_time", "pose_axis")
     assert found.force.attrs["units"] == "N"
+    assert found.attrs["normal_force"] == "-force_z"
+    assert abs(float(found.speed[found.speed_time.values > 0.5].mean()) - 50) < 0.5
     x = found.pose.sel(pose_axis="actual_TCP_pose_0")
     speed = np.gradient(1000 * x.values, found.pose_time.values)
     assert np.median(speed) == pytest.approx(found.attrs["speed_mm_s"], rel=0.01)
@@ -99,7 +102,7 @@ def test_a_clock_is_said_to_be_ahead_or_behind():
 def test_the_script_without_a_folder_says_how_it_is_used():
     said = subprocess.run([sys.executable, arm_folders.__file__], capture_output=True, text=True)
     assert said.returncode == 2
-    assert said.stderr.startswith("usage: arm_folders.py [-h] FOLDER\n")
+    assert said.stderr.startswith("usage: arm_folders.py [-h] [--sweep] FOLDER\n")
 
 
 def test_a_press_that_was_logged_of_another_is_refused_and_nothing_is_written(

@@ -35,7 +35,6 @@ class ByBand(Split):
     """
 
     whole = False
-    ordered = True
 
     @property
     def of_what(self) -> str:
@@ -61,6 +60,11 @@ class ByBand(Split):
     def axis(self) -> str:
         """Return what groups are named by."""
         return f"band of {self.of_what}, from ({self.unit.strip()})"
+
+    @property
+    def divided(self) -> str:  # type: ignore[override]
+        """Return what is divided, in words."""
+        return f"The {self.of_what} in recordings of each"
 
     def at(self, groups: Sequence[Group]) -> str:
         """Return `in the bands of speed from 20, 40 mm/s`."""

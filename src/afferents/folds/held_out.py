@@ -70,6 +70,8 @@ class Split:
         What a leak is counted by, in the names of leaks.
     unit
         Of the groups, with a space before it; none where they have none.
+    divided
+        What is divided into groups where recordings are not whole, in words.
     """
 
     name: str
@@ -81,6 +83,7 @@ class Split:
     groups: ClassVar[str] = "groups"
     leaks: ClassVar[str] = "group"
     unit: ClassVar[str] = ""
+    divided: ClassVar[str] = ""
 
     @property
     def one(self) -> str:
@@ -353,6 +356,7 @@ class ByAngle(Split):
 
     whole = False
     one, many = "an arc of the drum", "arcs of the drum"
+    divided = "The drum of each"
 
     @property
     def n_arcs(self) -> int:
