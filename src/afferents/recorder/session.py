@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +111,7 @@ class RecordedSession:
             If devices give other rates, sizes or channels than those of the runs that are there,
             or sound to runs without it.
         """
-        camera = devices.camera.settings
+        camera, limits = devices.camera.settings, asdict(devices.drive.limits)
         sound = devices.sound
         channels = sound.channels if sound else 2
         with naming(self.root):
@@ -130,7 +131,7 @@ class RecordedSession:
             _PLAN: self.plan.model_dump(mode="json"),
             "camera": asdict(camera),
             "microphone": asdict(sound) if sound else None,
-            "drive": asdict(devices.drive.limits),
+            "drive": {name: v if isfinite(v) else None for name, v in limits.items()},
             "versions": {
                 "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
             },
