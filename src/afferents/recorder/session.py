@@ -226,8 +226,17 @@ class RecordedSession:
         sums = {name: its for name, its in self._content[_SUMS].items() if name not in names}
         sums |= {name: said.pop(_SUMS) for name, said in about.items()}
         self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
+        if self.plan.sweep:
+            done = [entry for entry in entries if entry.name in finished]
+            self._content |= {"holes": [], "recordings": list(map(self._listed, done))}
         write_json(self._file, self._content)
         _sync_names(self.root)
+
+    def _listed(self, entry: Entry) -> dict[str, str]:
+        """Return a recording of a sweep as a session file lists it: without a speed."""
+        files = {"video": VIDEO} | ({"audio": AUDIO} if self.plan.microphone else {})
+        about = {"texture": entry.texture, "repetition": f"{entry.repetition}", "id": entry.name}
+        return about | {key: f"{entry.name}/{name}" for key, name in files.items()}
 
 
 def _sync_names(folder: Path) -> None:
