@@ -179,7 +179,7 @@ class SkinOnDrum:
 
 def _wrench(force_mn: Floats, rest_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Add up pressure and friction along x and y, (n_frames, 3, n_nodes); see `SkinResponse`."""
-    arms = np.column_stack([np.ones(len(rest_mm)), rest_mm])
+    arms = np.column_stack([np.ones(len(rest_mm)), rest_mm]).astype(np.float32)
     pressed, along, across = np.moveaxis(force_mn @ arms, 1, 0)  # each: sum, and times x, times y
     force = -along[:, 0], across[:, 0], pressed[:, 0]
     torque = pressed[:, 2], pressed[:, 1], along[:, 2] - across[:, 1]
