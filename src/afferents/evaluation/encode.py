@@ -71,8 +71,11 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> str:
     needed = f"{' and '.join(source.channel.name for source in sources)} in the form it needs"
     if between_channels:
         needed = "several vibration channels to measure the speed between"
+    moved = [source.channel.name for source in sources if source.channel.made_of == dims.POSITION]
     for responses in recordings:
         name = responses.attrs["name"]
+        if moved and dims.of_cells(responses):
+            return f"{name} lacks {moved[0]}: cells have no displacement"
         if _learns_speeds(model) and speed_of(responses) is None:
             return f"{name} lacks a speed"
         if not all(has(responses, source) for source in sources) or (
