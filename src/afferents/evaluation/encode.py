@@ -19,7 +19,7 @@ from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
-from afferents.models.model import BEST, MODELS, Model, own_of
+from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
 from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
@@ -202,7 +202,8 @@ def best_of(recordings: Sequence[Responses]) -> Model:
 
 def recommended(recordings: Sequence[Responses]) -> str:
     """Return the name of the first of `BEST` that recordings support; empty where they do none."""
-    return next((name for name in BEST if not lacking(MODELS[name], recordings)), "")
+    able = (*BEST, OF_CELLS) if any(map(dims.of_cells, recordings)) else BEST
+    return next((name for name in able if not lacking(MODELS[name], recordings)), "")
 
 
 def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:

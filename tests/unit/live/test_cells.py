@@ -9,6 +9,7 @@ import pytest
 import afferents
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
+from afferents.evaluation.encode import recommended
 from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.folds.held_out import SPEED
@@ -120,6 +121,12 @@ def test_a_store_of_cells_is_not_evaluated_together_with_one_of_markers(stores, 
         "--quiet",
     )  # fmt: skip
     assert "DATA: expected SA-I in one unit, found px in 1:3/60 and grey levels" in sentence
+
+
+def test_what_is_recommended_can_be_learnt_from_cells_alone(store):
+    recordings = [one.drop_vars("ra2") for one in open_responses(store)]
+    assert recommended(recordings) == "sa-wave"
+    assert recommended(open_responses(store)) == "vib-te-aug"
 
 
 @pytest.mark.parametrize("name", ["sa-wave-vector", "shear"])
