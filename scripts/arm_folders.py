@@ -1,14 +1,16 @@
 """Make folders in the two layouts in which an arm's fingertip is kept, for docs/your-data.md.
 
     python scripts/arm_folders.py FOLDER
+    python scripts/arm_folders.py FOLDER --sweep
 
-`FOLDER/streams/train` is one of tactile-bench, `FOLDER/runs` one of time series. The pictures are
+`FOLDER/streams/train` is one of tactile-bench, `FOLDER/runs` one of time series, and
+`FOLDER/swept` one whose speed changes within each run. The pictures are
 those of the simulated rig; pose and force have clocks of their own, so far off and drifting.
 """
 
+import argparse
 import csv
 import shutil
-import sys
 import zipfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -19,7 +21,7 @@ from numpy.typing import NDArray
 
 from afferents.rig import Rig, bumped_surface, project
 from afferents.rig.camera import Renderer
-from afferents.rig.drive import STEADY_S, Turning
+from afferents.rig.drive import STEADY_S, Slide, Turning, draw_slides
 from afferents.rig.run import draw, press, seen, simulate_run
 from afferents.rig.skin import PHYSICS_RATE_HZ
 
@@ -94,14 +96,14 @@ def pressed(rig: Rig, seconds: float) -> tuple[Floats, Floats, Floats]:
 
 def write_logs(
     folder: Path, began_s: float, z: tuple[Floats, Floats], offsets_s: tuple[float, float],
-    drift: float, speed_mm_s: float,
+    drift: float, way: tuple[Floats, Floats],
 ) -> None:  # fmt: skip
     """Write pose and force of a run that began at a time of the images' clock.
 
     Parameters
     ----------
-    z
-        Times from there, s, and depth, mm.
+    z, way
+        Times from there, s, and depth, and way along the surface, mm.
     offsets_s, drift
         How far the clocks of pose and force are ahead of the images' when that says
         `COMPUTER_UPTIME_S`, and by how much more each second.
@@ -117,7 +119,7 @@ def write_logs(
         depth = np.interp(at, *z)
         if name == "robot_data":
             columns = [f"actual_TCP_pose_{n}" for n in range(6)]
-            place = [0.1 + speed_mm_s * at / 1000, 0 * at, 0.2 - depth / 1000, *(0 * at,) * 3]
+            place = [0.1 + np.interp(at, *way) / 1000, 0 * at, 0.2 - depth / 1000, *(0 * at,) * 3]
             values = np.stack(place, axis=1) + 1e-6 * rng.normal(size=(len(at), 6))
         else:
             columns = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"]
@@ -129,19 +131,34 @@ def write_logs(
 def write_runs(
     root: Path, offsets_s: tuple[float, float] = (0.02, 0.005), drift: float = 50e-6,
     spacings: Sequence[float] = (2.0, 4.0), seconds: float = 0.4, apart_s: float = 60.0,
+    sweep: Sequence[Slide] = (),
 ) -> None:  # fmt: skip
-    """Write runs, with a press before them; of the last, the pictures in a zip file."""
+    """Write runs, with a press before them; of the last, the pictures in a zip file.
+
+    With a `sweep` there is a run of each of its slides on each texture, whose speed changes.
+    """
     rig, rows = Rig(), []
-    for number, spacing in enumerate((0.0, *spacings)):
+    runs = [(spacing, slide) for spacing in spacings for slide in sweep or (None,)]
+    for number, (spacing, swept) in enumerate([(0.0, None), *runs]):
         folder, began_s = root / f"run_{number}", COMPUTER_UPTIME_S + 1 + number * apart_s
         if number == 0:
             time_s, depth, places = pressed(rig, 2.8)
-            z, speed = (time_s, depth), 0.0
+            z, way, speed = (time_s, depth), (time_s, 0 * time_s), "0"
         else:
-            speed = 50.0
-            places = slide(rig, spacing, speed, STEADY_S + seconds)
+            length_s, speed = STEADY_S + seconds, "" if swept else "50"
+            surface = bumped_surface(spacing, rig.drum)
+            run = simulate_run(
+                rig, f"{spacing:g}", surface, 50.0, length_s, 0, number if swept else 0, swept
+            )
+            places = project(run.position_mm, rig.camera)
             ends_s = len(places) / FPS
-            z = (np.array([0.0, ends_s]), np.full(2, 1.0))
+            z, way = (
+                (np.array([0.0, ends_s]), np.full(2, 1.0)),
+                (np.array([0.0, 9.0]), np.array([0.0, 450.0])),
+            )
+            if run.arm is not None:
+                at_s, x_m, _, z_m = run.arm[0][:, :4].T
+                z, way = (at_s, -1000 * z_m), (at_s, 1000 * x_m)
             events = [("start", 0.3), ("shear_start", STEADY_S), ("shear_end", ends_s - 0.05)]
             write_csv(
                 folder / "control_data.csv", ("timestamp", "event"),
@@ -156,7 +173,7 @@ def write_runs(
                 for n in range(len(places))
             ],
         )  # fmt: skip
-        write_logs(folder, began_s, z, offsets_s, drift, speed)
+        write_logs(folder, began_s, z, offsets_s, drift, way)
         rows.append([f"run_{number}", f"bumps_{spacing:g}", speed, 0.0])
     with zipfile.ZipFile(images.with_suffix(".zip"), "w") as archive:
         for path in sorted(images.iterdir()):
@@ -167,6 +184,23 @@ def write_runs(
     write_csv(root / "targets.csv", columns, rows)
 
 
+def main() -> None:
+    """Write the folders that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="where to make them")
+    parser.add_argument(
+        "--sweep", action="store_true",
+        help="runs alone, three on each of three textures, at speeds between 20 and 80 mm/s",
+    )  # fmt: skip
+    given = parser.parse_args()
+    if given.sweep:
+        rng = np.random.default_rng(0)
+        slides = [Slide(20.0, 80.0, False, *row) for row in draw_slides(3, 1.0, rng).tolist()]
+        write_runs(given.folder / "swept", spacings=(2.0, 4.0, 6.0), seconds=6.0, sweep=slides)
+    else:
+        write_streams(given.folder / "streams/train")
+        write_runs(given.folder / "runs")
+
+
 if __name__ == "__main__":
-    write_streams(Path(sys.argv[1]) / "streams/train")
-    write_runs(Path(sys.argv[1]) / "runs")
+    main()

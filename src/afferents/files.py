@@ -342,7 +342,7 @@ def require_same_config(
     InputError
         Naming the first entry that differs.
     """
-    differs = _first_difference(earlier, json.loads(json.dumps(wanted)))
+    differs = first_difference(earlier, json.loads(json.dumps(wanted)))
     if differs:
         name, before, now = differs
         raise InputError(
@@ -351,14 +351,14 @@ def require_same_config(
         )
 
 
-def _first_difference(
+def first_difference(
     before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> tuple[str, Any, Any] | None:
     """Return the name of the first entry that differs, and what it is in each."""
     for name in sorted({*before, *now}):
         one, other = before.get(name), now.get(name)
         if isinstance(one, dict) and isinstance(other, dict):
-            if within := _first_difference(one, other):
+            if within := first_difference(one, other):
                 inner, one, other = within
                 return f"{name}.{inner}", one, other
         elif one != other:

@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 from afferents.devices.base import ByHand, Camera, Device, Drive, Microphone
 from afferents.devices.drives.dynamixel import DynamixelDrive
+from afferents.devices.drives.growing import GrowingLog
 from afferents.devices.drives.serial_drive import SerialDrive
 from afferents.devices.portable import PortableCamera
 from afferents.devices.portaudio import PortAudioMicrophone
@@ -19,6 +20,7 @@ MICROPHONES: dict[str, type[Microphone]] = {"portaudio": PortAudioMicrophone}
 DRIVES: dict[str, type[Drive]] = {
     "serial": SerialDrive,
     "dynamixel": DynamixelDrive,
+    "csv": GrowingLog,
     "none": ByHand,
 }
 

@@ -217,6 +217,11 @@ class Encoding(BaseModel, ABC):
         """Whether it can't encode recordings whose speed is not known."""
         return False
 
+    @property
+    def by_distance(self) -> bool:
+        """Whether its windows are even in the way along the surface, where that is known."""
+        return False
+
     def seen(self, values: Floats) -> Floats:
         """Return what a network sees of samples `(n, *sample_shape)`; all, if not written anew."""
         return values

@@ -100,6 +100,12 @@ def _form(samples: Samples) -> str:
     return form
 
 
+def speeds_told(samples: Samples) -> NDArray[np.float64]:
+    """Return each sample's sliding speed, mm/s, (n_samples,): its own mean where that is known."""
+    name = dims.MEAN_SPEED if dims.MEAN_SPEED in samples.coords else dims.SPEED
+    return np.asarray(samples[name].values)
+
+
 def textures_of(samples: Samples) -> list[str]:
     """Return the textures in natural order, which is the order of the classes."""
     return sorted(map(str, np.unique(samples[dims.TEXTURE])), key=natural_order)

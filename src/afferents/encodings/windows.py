@@ -1,12 +1,13 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
+import math
 from abc import abstractmethod
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import PositiveFloat, PositiveInt, field_validator
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator
 
 from afferents import dims
 from afferents.encodings.base import Option, VibrationEncoding
@@ -21,6 +22,7 @@ from afferents.encodings.spectra import (
     window_starts,
 )
 from afferents.errors import InputError
+from afferents.store.motion import Series
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
@@ -28,6 +30,10 @@ _HEARD = 0.95
 """Share of half the sample rate up to which frequencies are heard."""
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
+_SMOOTH = 3.0
+"""So many times as many are kept where values are read between samples, by cubic splines."""
+_FINEST = 8.0
+"""What is slower than the mean by more than this has too little of a window's way to matter."""
 
 
 class WindowEncoding(VibrationEncoding):
@@ -47,6 +53,9 @@ class WindowEncoding(VibrationEncoding):
         Of the frequencies that are kept (lowered to what the sample rate allows).
     mask
         Lines of the machine that are cut out; may be given as text, see `Lines.parse`.
+    resample
+        ``distance``: where a recording keeps its speed as a series, windows are resampled at equal
+        steps of the surface. ``time``: they are left as they were recorded.
     """
 
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
@@ -62,6 +71,21 @@ class WindowEncoding(VibrationEncoding):
             str,
         ),
     ] = Lines()
+
+    resample: Annotated[
+        Literal["distance", "time"],
+        Option(
+            "--resample",
+            "What windows are even in where a recording's speed changes and is known: distance "
+            "along the surface, or time.",
+            str,
+        ),
+    ] = Field(default="distance", exclude_if=lambda way: way == "distance")
+
+    @property
+    def by_distance(self) -> bool:
+        """Whether windows are resampled at equal steps of the surface; see `cut_by_distance`."""
+        return self.resample == "distance"
 
     @property
     def needs_speed(self) -> bool:
@@ -123,7 +147,8 @@ class WindowEncoding(VibrationEncoding):
         self.require(
             len(response[dims.AUDIO_TIME][kept]), rate_hz, attrs.get("name", "a recording")
         )
-        windows = cut_windows(response, kept, self)
+        cut = cut_by_distance if dims.DISTANCE in response.coords else cut_windows
+        windows = cut(response, kept, self)
         values, coords = self.features(windows, float(attrs[dims.SPEED]), rate_hz)
         return make_samples(
             values, self.sample_dims, windows.start_s, windows.stop_s, attrs, coords
@@ -175,6 +200,70 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     values = np.stack([signal[i : i + length] for i in starts])
     start_s = kept.start / rate + starts / rate_kept
     return Windows(values, rate_kept, start_s, start_s + length / rate_kept)
+
+
+def with_distance(vibration: xr.DataArray, speed: Series) -> xr.DataArray:
+    """Return vibration with the way along the surface, mm, as a coordinate; NaN where not known."""
+    n, rate = vibration.sizes[dims.AUDIO_TIME], float(vibration.attrs[dims.SAMPLE_RATE])
+    way = speed.along(np.arange(n) / rate)
+    return vibration.assign_coords({dims.DISTANCE: (dims.AUDIO_TIME, way)})
+
+
+def cut_by_distance(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) -> Windows:
+    """Cut vibration into windows of equal steps of the surface (computed order tracking).
+
+    A window holds the same time as one of `cut_windows`. Within it the vibration is read at equal
+    steps of the way, as if the surface had gone by at the window's mean speed v: what repeats every
+    1 / k mm lies at k v Hz however the speed went (Fyfe & Munck, Mech. Syst. Signal Process. 1997,
+    11:187).
+
+    Nothing is folded back: the vibration is first cut off above what the fastest part needs
+    (`resample_poly`), and steps are as small as the slowest part needs, up to `_FINEST` times. The
+    band is whole up to `highest_hz` where the sample rate reaches `_SMOOTH` times that.
+
+    Parameters
+    ----------
+    vibration
+        RA-II with `sample_rate_hz` in its attrs and the coordinate `distance_mm`, which may be
+        NaN at its ends: windows that reach there are left out.
+    """
+    from scipy.interpolate import make_interp_spline
+    from scipy.signal import resample_poly
+
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    way = vibration[dims.DISTANCE].values[kept]
+    plain = cut_windows(vibration, kept, encoding)
+    first = np.round((plain.start_s - kept.start / rate) * rate).astype(int)
+    last = np.minimum(np.round((plain.stop_s - kept.start / rate) * rate).astype(int), len(way)) - 1
+    is_known = np.isfinite(way[first] + way[last]) & (way[last] > way[first])
+    if not is_known.any():
+        name = vibration.attrs.get("name", "a recording")
+        raise InputError(
+            f"{name}: expected the speed of the slide while the vibration is used, found none; "
+            "keep a log that reaches as far, or say with steady_s which part to use"
+        )
+    first, last = first[is_known], last[is_known]
+    speeds = np.diff(way) * rate
+    mean = (way[last] - way[first]) * rate / (last - first)
+    slowest = np.array([speeds[a:b].min() for a, b in zip(first, last, strict=True)])
+    fastest = np.array([speeds[a:b].max() for a, b in zip(first, last, strict=True)])
+    signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
+    down = decimation(rate, _SMOOTH * encoding.highest_hz * float((fastest / mean).max()))
+    if down > 1:
+        signal = np.asarray(resample_poly(signal, 1, down, axis=0, padtype="mean"))
+    curve = make_interp_spline(np.arange(len(signal)) * down, signal, k=3)
+    finer = float(np.clip((mean / np.maximum(slowest, 1e-9)).max(), 1, _FINEST))
+    length = float((last - first).mean())
+    points = round(finer * length / down)
+    values = []
+    for a, b in zip(first, last, strict=True):
+        steps = np.linspace(way[a], way[b], points)
+        values.append(curve(np.interp(steps, way[a : b + 1], np.arange(a, b + 1))))
+    steps_a_s = (points - 1) * rate / length
+    level = math.sqrt(plain.rate_hz / steps_a_s)  # as much power a Hz as without resampling
+    return Windows(
+        level * np.stack(values), steps_a_s, plain.start_s[is_known], plain.stop_s[is_known]
+    )
 
 
 def audible_hz(rate_hz: float, highest_hz: float) -> float:

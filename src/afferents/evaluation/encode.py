@@ -13,6 +13,7 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
+from afferents.encodings.windows import with_distance
 from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
@@ -23,7 +24,8 @@ from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
 from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
-from afferents.store.responses import Responses, labelled, read_whole, speed_of
+from afferents.store.motion import has_speed, speed_along
+from afferents.store.responses import Responses, labelled, read_whole
 
 _SAME_RATE = 0.05
 """Frame rates may differ by this share: clocks of cameras do, and frames are dropped."""
@@ -76,7 +78,7 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> str:
         name = responses.attrs["name"]
         if moved and dims.of_cells(responses):
             return f"{name} lacks {moved[0]}: cells have no displacement"
-        if _learns_speeds(model) and speed_of(responses) is None:
+        if _learns_speeds(model) and not has_speed(responses):
             return f"{name} lacks a speed"
         if not all(has(responses, source) for source in sources) or (
             between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2
@@ -177,7 +179,7 @@ def require_speeds_known(
     InputError
         Naming the model and the recording.
     """
-    unknown = [str(r.attrs["name"]) for r in recordings if speed_of(r) is None]
+    unknown = [str(r.attrs["name"]) for r in recordings if not has_speed(r)]
     for model in models if unknown else ():
         if any(source.encoding.needs_speed for source in sources_of(model, encodings)):
             do = "leave the model out, or lines in /mm of its --mask"
@@ -242,7 +244,9 @@ def encode(
     response = response_of(responses, source)
     if ablation is not None:
         response = ablation.shown(response)
-    return source.encoding.samples(response, kept, source.channel.lookback)
+    if source.encoding.by_distance and (series := speed_along(responses)) is not None:
+        response = with_distance(response, series)
+    return moving(source.encoding.samples(response, kept, source.channel.lookback), responses)
 
 
 def response_of(responses: Responses, source: Source) -> xr.DataArray:
@@ -282,7 +286,56 @@ def encode_all(
     jobs = ((responses, source, cut, ablation, corruption) for responses in recordings)
     found = side_by_side_numbered(encode, jobs, workers, progress.note)
     by_number = dict(progress.track(found, label, len(recordings)))
-    return concatenate([by_number[number] for number in range(len(recordings))])
+    in_order = [by_number[number] for number in range(len(recordings))]
+    most = None if ablation is None else ablation.speed_change
+    if most is not None or any(dims.MEAN_SPEED in samples.coords for samples in in_order):
+        in_order = [with_own_speed(samples) for samples in in_order]
+    return concatenate([steady_enough(samples, most) for samples in in_order])
+
+
+def moving(samples: Samples, responses: Responses) -> Samples:
+    """Return the samples of a recording with the mean speed and the change of each.
+
+    Those of which its series of speeds says nothing are left out; without a series all are as they
+    were.
+    """
+    if (series := speed_along(responses)) is None:
+        return samples
+    mean, low, high = series.over(samples[dims.START].values, samples[dims.STOP].values)
+    own = {dims.MEAN_SPEED: mean, dims.SPEED_CHANGE: (high - low) / mean}
+    found = samples.assign_coords({name: (dims.SAMPLE, its) for name, its in own.items()})
+    return found.isel({dims.SAMPLE: np.flatnonzero(mean > 0)})
+
+
+def with_own_speed(samples: Samples) -> Samples:
+    """Return samples that say their own speed, which of constant slides is the recording's."""
+    if dims.MEAN_SPEED in samples.coords:
+        return samples
+    own = {dims.MEAN_SPEED: samples[dims.SPEED].values, dims.SPEED_CHANGE: np.zeros(len(samples))}
+    return samples.assign_coords({name: (dims.SAMPLE, its) for name, its in own.items()})
+
+
+def steady_enough(samples: Samples, most: float | None) -> Samples:
+    """Return the samples whose speed changes by no more than this share of its mean.
+
+    Raises
+    ------
+    InputError
+        If none is left.
+    """
+    if most is None:
+        return samples
+    changes = samples[dims.SPEED_CHANGE].values
+    kept = np.flatnonzero(changes <= most)
+    if not len(kept):
+        found = f"{changes.min():.2g} or more" if len(changes) else "none at all"
+        name = samples[dims.RECORDING].values[:1]
+        raise InputError(
+            f"--speed-change: expected samples whose speed changes by {most:g} of its mean or less "
+            f"in every recording, found {found} in {', '.join(map(str, name))}; allow more, or "
+            "take shorter windows (--window-s)"
+        )
+    return samples.isel({dims.SAMPLE: kept})
 
 
 def _require_one_frame_rate(recordings: Sequence[Responses], source: Source) -> None:

@@ -38,6 +38,7 @@ from afferents.documents import reason_in
 from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
+from afferents.folds.bands import name_of
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
@@ -88,6 +89,10 @@ def _named(models: Any) -> str:
     return ",".join(one.name if isinstance(one, Model) else one for one in several)
 
 
+def _edges(given: str | float | Iterable[Any]) -> str:
+    return given if isinstance(given, str) else ",".join(f"{edge:g}" for edge in _several(given))
+
+
 class TrainingOptions(BaseModel):
     """What can be chosen of every training; `EvaluationOptions` has more.
 
@@ -118,6 +123,9 @@ class TrainingOptions(BaseModel):
     Of two at once, what is learnt from shares neither with what is tested. Of angles one of five is
     held out, with 'angle-8' one of eight.
     """
+    bands: str = ""
+    """Hold out bands of speed (mm/s) or of force (N) in turn, where they change within recordings:
+    edges 20,40,60, or 4 for as many with equally long parts."""
     steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
     says, else all but 2.5 s at each end)."""
@@ -139,7 +147,10 @@ class TrainingOptions(BaseModel):
     @classmethod
     def _in_one_sentence(cls, given: Any, validate: Callable[[Any], Self]) -> Self:
         try:
-            return validate({name: v for name, v in dict(given).items() if v is not None})
+            asked = {name: v for name, v in dict(given).items() if v is not None}
+            if bands := asked.pop("bands", ""):  # what is held out has one name
+                asked["split"] = name_of(asked.get("split", SPEED.name), _edges(bands))
+            return validate(asked)
         except ValidationError as error:
             fault = error.errors()[0]
             raise InputError(
@@ -244,6 +255,9 @@ class EvaluationOptions(TrainingOptions):
         PlainSerializer(lambda pair: pair and dict([pair])),
     ] = None
     """Test only recordings with this condition and train on the others: repetition=1."""
+    speed_change: float | None = Field(default=None, gt=0)
+    """Leave out samples whose speed changes by more than this share of its mean, from the slowest
+    to the fastest moment."""
     held_out: tuple[Group, ...] = ()
     """Hold out only these speeds, mm/s, or values of --split's condition (default: each)."""
     without: Annotated[dict[str, str], BeforeValidator(_conditions)] = Field(default_factory=dict)
@@ -309,7 +323,10 @@ class EvaluationOptions(TrainingOptions):
     @property
     def ablation(self) -> Ablation:
         """What of the data is used."""
-        return Ablation(self.textures, self.speeds, self.markers, self.train_speeds, self.test_only)
+        return Ablation(
+            self.textures, self.speeds, self.markers, self.train_speeds, self.test_only,
+            self.speed_change,
+        )  # fmt: skip
 
     @property
     def protocols(self) -> Sequence[Protocol]:

@@ -143,8 +143,9 @@ def with_clocks(session: Session, lags: Mapping[str, Lag]) -> Session:
 def describe(lags: Mapping[str, Lag], press: str) -> list[str]:
     """Say what was found, in sentences."""
     return [
-        f"The clock of '{name}' is {lag.seconds:.4f} s ahead of the images', by the press of "
-        f"{press}, within {1000 * lag.error_s:.1f} ms there and 0.1 ms more a second from it; the "
-        f"store says how much in each recording."
+        f"The clock of '{name}' is {abs(lag.seconds):.4f} s "
+        f"{'behind' if lag.seconds < 0 else 'ahead of'} the images', by the press of {press}, "
+        f"within {1000 * lag.error_s:.1f} ms there and 0.1 ms more a second from it; the "
+        "store says how much in each recording."
         for name, lag in lags.items()
     ]

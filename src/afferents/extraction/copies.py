@@ -12,6 +12,7 @@ from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
 from afferents.store.integrity import is_group
+from afferents.store.motion import NORMAL, force_sentences
 from afferents.store.responses import Responses, issues_in
 from afferents.store.zarr_store import store_config, stored_attributes
 
@@ -23,16 +24,18 @@ NAMED = 3
 
 @dataclass(frozen=True)
 class Notes:
-    """What is wrong with a store's recordings, by name, copies among them, and rest frames."""
+    """What is to be said of recordings: issues by name, copies, rest frames, signs of force."""
 
     issues: dict[str, list[str]]
     copies: list[Copy]
     at_rest: list[str]
+    of_force: list[str]
 
     @property
     def sentences(self) -> list[str]:
         """Describe it, a sentence a kind."""
-        return [*describe_issues(self.issues), *self.at_rest, *warning_of(self.copies)]
+        said = *describe_issues(self.issues), *self.at_rest, *self.of_force
+        return [*said, *warning_of(self.copies)]
 
 
 def with_fingerprint(responses: Responses) -> Responses:
@@ -49,7 +52,8 @@ def notes_of(store: Path) -> Notes:
 def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
     """Return what is to be said of recordings, by the attributes of their responses."""
     issues = {name: found for name, one in attributes.items() if (found := issues_in(one))}
-    return Notes(issues, copies_among(attributes), rest_sentences(attributes))
+    of_force = force_sentences(str(one.get(NORMAL, "")) for one in attributes.values())
+    return Notes(issues, copies_among(attributes), rest_sentences(attributes), of_force)
 
 
 def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Copy]:

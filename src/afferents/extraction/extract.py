@@ -22,7 +22,7 @@ from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, upright_tracks
 from afferents.markers.quality import find_track_issues
-from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, Sensors, default_sentences, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
@@ -41,6 +41,7 @@ from afferents.recordings.video import Footage
 from afferents.store.beside import Lag
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
+from afferents.store.motion import TELL_SPEED, with_motion
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, label, with_issues
 from afferents.store.zarr_store import (
@@ -130,6 +131,8 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     given, fps_hz = extraction.session, extraction.fps_hz
     session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
     sensors = sensors_of(session, extraction.sensor)
+    for sentence in default_sentences(session, extraction.sensor):
+        progress.note(sentence)
     if session.declared.rest is not None:
         extraction = extraction.model_copy(update={"rest": session.declared.rest})
     lags = measure_clocks(session, sensors)
@@ -187,7 +190,11 @@ def _failures(
 
 def _speedless(session: Session) -> Iterator[str]:
     """Say which recordings have no speed, while it is easily written down."""
-    without = [Path(r.name) for r in session.recordings if r.speed_mm_s is None]
+    without = [
+        Path(r.name)
+        for r in session.recordings
+        if r.speed_mm_s is None and not {log.name for log in r.beside} & TELL_SPEED
+    ]
     if without:
         yield (
             f"{len(without)} of {len(session.recordings)} recordings say no speed "
@@ -335,6 +342,7 @@ def _extract_one(
     if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
     found = found.assign({log.name: log.variable(began_s) for log in beside})
+    found = with_motion(found, beside)
     issues += require_accepted(find_issues(recording, found), extraction.accept)
     found = with_issues(with_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)

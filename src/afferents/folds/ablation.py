@@ -41,6 +41,8 @@ class Ablation:
     test_only
         A condition, name and value, whose recordings are tested and never learnt from, while the
         others are learnt from and not tested; None for no such difference.
+    speed_change
+        Most by which a sample's speed changes, as a share of its mean; None for any.
     """
 
     textures: tuple[str, ...] = ()
@@ -48,6 +50,7 @@ class Ablation:
     markers: float = 1.0
     train_speeds: int | None = None
     test_only: tuple[str, str] | None = None
+    speed_change: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse shares and numbers that make no sense."""

@@ -70,6 +70,8 @@ class Split:
         What a leak is counted by, in the names of leaks.
     unit
         Of the groups, with a space before it; none where they have none.
+    divided
+        What is divided into groups where recordings are not whole, in words.
     """
 
     name: str
@@ -81,6 +83,7 @@ class Split:
     groups: ClassVar[str] = "groups"
     leaks: ClassVar[str] = "group"
     unit: ClassVar[str] = ""
+    divided: ClassVar[str] = ""
 
     @property
     def one(self) -> str:
@@ -353,6 +356,7 @@ class ByAngle(Split):
 
     whole = False
     one, many = "an arc of the drum", "arcs of the drum"
+    divided = "The drum of each"
 
     @property
     def n_arcs(self) -> int:
@@ -431,7 +435,8 @@ class ByAngle(Split):
         numbers = (arcs + 1).astype(np.str_)
         whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, numbers)})
         kept = whole.isel({dims.SAMPLE: np.flatnonzero(arcs != _NOWHERE)})
-        self._require_everywhere(kept)
+        arcs_there = [str(number + 1) for number in range(self.n_arcs)]
+        require_everywhere(self, kept, arcs_there, "fewer arcs (--split angle-3)")
         return kept
 
     def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
@@ -458,18 +463,25 @@ class ByAngle(Split):
             )
         return arcs
 
-    def _require_everywhere(self, samples: Samples) -> None:
-        """Refuse a texture that has no sample in some arc, where it would not be tested."""
-        textures, arcs = samples[dims.TEXTURE].values, samples[self.coordinate].values
-        for texture in np.unique(textures):
-            there = set(arcs[textures == texture].tolist())
-            for number in range(1, self.n_arcs + 1):
-                if str(number) not in there:
-                    raise InputError(
-                        f"{OPTION}: expected samples of every texture in every arc, found none of "
-                        f"{texture} in {self.printed(str(number))}; take shorter windows "
-                        "(--window-s), fewer arcs (--split angle-3), or record for longer"
-                    )
+
+def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], wider: str) -> None:
+    """Refuse a texture that has no sample in some group, where it would not be tested.
+
+    Parameters
+    ----------
+    wider
+        What makes groups wider, beside shorter windows and longer recordings.
+    """
+    textures, its = samples[dims.TEXTURE].values, samples[split.coordinate].values
+    for texture in np.unique(textures):
+        there = set(its[textures == texture].tolist())
+        for group in groups:
+            if group not in there:
+                raise InputError(
+                    f"{OPTION}: expected samples of every texture in every group, found none of "
+                    f"{texture} in {split.printed(group)}; take shorter windows (--window-s), "
+                    f"{wider}, or record for longer"
+                )
 
 
 def _path(responses: Responses) -> DrumPath:
@@ -495,6 +507,10 @@ def split_named(name: str) -> Split:
         return SPEED
     if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
         return ByAngle(name)
+    from afferents.folds import bands  # which is made of this module's splits
+
+    if bands.NAME.fullmatch(name):
+        return bands.ByBand(name)
     if re.fullmatch(rf"{NAME},{NAME}", name):
         pair = ByPair(name)
         if len(set(pair.both)) < 2 or not all(each.whole for each in pair.both):

@@ -11,9 +11,11 @@ import numpy as np
 from afferents.errors import InputError
 from afferents.files import Place, has_mark, is_our_picture, require_free, write_aside
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
+from afferents.markers.detect import find_markers
 from afferents.markers.estimate import looks
 from afferents.markers.rest import BITS, STALE, start_sentences
-from afferents.markers.sensor import DiscDetector, Picture, Sensor, load_sensor
+from afferents.markers.sensor import WHOLE, Detector, DiscDetector, Picture, Sensor, load_sensor
+from afferents.markers.suspects import count_in_fields
 from afferents.progress import printable
 from afferents.recordings.video import open_clip
 from afferents.reporting.recording_figures import markers_figure
@@ -131,6 +133,9 @@ def describe(found: Calibration) -> list[str]:
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
         f"{picture.edge_px:.1f} px wide.",
+        *_shine(sensor.looks),
+        *_cut(found),
+        *_fields(found),
         *_suspects(found),
         _again(found),
         *_motion(found),
@@ -140,6 +145,49 @@ def describe(found: Calibration) -> list[str]:
 def _counted(found: Calibration) -> str:
     n = len(found.suspects)
     return f"{len(found.position)} markers" + (f"; {n} suspects are left out" if n else "")
+
+
+def _shine(detector: Detector) -> list[str]:
+    """Say what is taken out of the picture before markers are looked for."""
+    if detector.shine_px is None:
+        return []
+    spots = "Dark spots" if detector.blob_colour else "Highlights"
+    return [
+        f"{spots} of up to {detector.shine_px} px inside the markers are taken out before these "
+        "are looked for (shine_px in the sensor file)."
+    ]
+
+
+def _cut(found: Calibration) -> list[str]:
+    """Say which circles cut through dots: such a dot is found or lost as the skin moves.
+
+    Nothing is said of what is centred in a circle that hides it, such as a lamp.
+    """
+    whole = found.sensor.model_copy(update={"picture": WHOLE})
+    centre, area = find_markers(found.image, whole)
+    said = []
+    for key, (x, y, radius) in found.sensor.picture.masks:
+        beyond_px = np.hypot(*(centre - (x, y)).T) - radius
+        cut = (np.abs(beyond_px) < np.sqrt(area / np.pi)) & ((key == "keep") | (beyond_px > 0))
+        if n := int(cut.sum()):
+            dots = "1 dot" if n == 1 else f"{n} dots"
+            said.append(
+                f"--{key} {x:g},{y:g},{radius:g} cuts through {dots}: move its edge, so that each "
+                "dot lies within it or outside."
+            )
+    return said
+
+
+def _fields(found: Calibration) -> list[str]:
+    """Say where a picture shows several fields of dots, as mirrors make them."""
+    sizes = count_in_fields(np.concatenate([found.position, found.suspects]))
+    if len(sizes) < 2:
+        return []
+    return [
+        f"The picture shows {len(sizes)} fields of dots apart from one another, of "
+        f"{', '.join(map(str, sizes[:-1]))} and {sizes[-1]}; if they are several skins or mirrors, "
+        "give each a sensor file of its own, with --keep round it."
+    ]
 
 
 def _suspects(found: Calibration) -> list[str]:

@@ -9,6 +9,7 @@ them.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -29,18 +30,20 @@ from afferents.inspection.files import (
     VIBRATION,
     Inspection,
     draw_vibration,
+    draw_video,
     inspect_video,
     inspect_wav,
 )
 from afferents.inspection.init import grid_sentence, some_of
-from afferents.markers.sensor import Sensor, sensor_in, sensors_of
-from afferents.markers.track import rest_positions
+from afferents.markers.detect import Positions
+from afferents.markers.sensor import Sensor, default_sentences, sensor_in, sensors_of
+from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.quality.lasting import EDGE_S
-from afferents.recordings.check import facts
+from afferents.recordings.check import ClipFile, facts
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.described import Described
@@ -48,6 +51,7 @@ from afferents.recordings.media import is_image_folder, is_sound
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
+from afferents.recordings.video import VideoWithProgress
 from afferents.reporting.overlay import is_overlay
 from afferents.reporting.recording_figures import (
     responses_figure,
@@ -267,13 +271,16 @@ def look_at(recording: Recording, data_set: DataSet, sensor: Sensor | None) -> L
 def inspect_recordings(
     source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
 ) -> Inspection:
-    """Check every recording of a data set, all pictures and samples; draw the first vibration."""
+    """Check every recording of a data set, all pictures and samples; draw the first one's start."""
     with in_a_sentence(source):
         session = data_set.scan()
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
     found.sentences += reference_sentences(session, sensor)
-    sensors = sensors_of(session, sensor) if isinstance(session, FolderSession) else None
+    sensors = None
+    if isinstance(session, FolderSession):
+        sensors = sensors_of(session, sensor)
+        found.sentences += default_sentences(session, sensor)
     jobs = [
         (recording, data_set, sensors.of(recording) if sensors else None)
         for recording in session.recordings
@@ -289,21 +296,82 @@ def inspect_recordings(
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
     found.sentences += length_sentences(rows, len(jobs))
     found.sentences += filter(None, [what_was_lost(lost_of(lost))])
-    found.sentences += table_sentences(session) or too_short_sentences(rows)
+    of_paper = [
+        look.row
+        for look, recording in zip(in_order, session.recordings, strict=True)
+        if look.row is not None and recording.named_by_spacing
+    ]
+    found.sentences += table_sentences(session) or too_short_sentences(of_paper)
     issues = {name: look.issues for name, look in zip(names, in_order, strict=True)}
     found.sentences += describe_issues(issues)
     try:
+        found.sentences += beside_sentences(session)
         if not found.problems and isinstance(session, FolderSession):
             require_rates_that_agree(session, session.declared)
     except InputError as error:
         found.problems.append(str(error))
     found.facts = {"recordings": rows, "issues": {k: v for k, v in issues.items() if v}}
-    with_audio = [r for r in session.recordings if r.audio is not None]
-    if with_audio and not found.problems:
-        first = with_audio[0]
-        assert first.audio is not None
-        found.pictures = [draw_vibration(first.audio.read(), f"{source}, {first.name}", out)]
+    if not found.problems:
+        found.pictures = draw_first(session, jobs, source, out, progress)
     return found
+
+
+def draw_first(
+    session: RecordingSet,
+    jobs: Sequence[tuple[Recording, DataSet, Sensor | None]],
+    source: str,
+    out: Path,
+    progress: Progress,
+) -> list[Path]:
+    """Draw the first seconds of the first recording with markers, and of the first with sound."""
+    pictures: list[Path] = []
+    for recording, _, sensor in jobs:
+        if sensor is not None and isinstance(video := recording.video, ClipFile):
+            most = sensor.rest_frame + round(PICTURED_S * video.fps_hz)
+            start = VideoWithProgress(video, progress, most)
+            tracks = track_markers(start, sensor, count_from=_declared_rest(session, sensor))
+            assert start.last is not None
+            name = f"{source}, {recording.name}"
+            pictures += draw_video(start.last.image, tracks, sensor, name, out)
+            break
+    heard = ((r.name, r.audio) for r, *_ in jobs if r.audio is not None)
+    for name, audio in islice(heard, 1):
+        pictures.append(draw_vibration(audio.read(), f"{source}, {name}", out))
+    return pictures
+
+
+def _declared_rest(session: RecordingSet, sensor: Sensor) -> Positions | None:
+    """Return the rest positions that a session says displacement counts from; None for its own."""
+    reference = session.reference
+    if not isinstance(session, FolderSession) or session.declared.rest != "reference":
+        return None
+    return ordered_rest(reference, of_still(reference, sensor)) if reference else None
+
+
+def beside_sentences(session: RecordingSet) -> list[str]:
+    """Say what was logged beside the recordings, how fast, and what sets its clock.
+
+    Raises
+    ------
+    InputError
+        If a log can't be read.
+    """
+    logs = {log.name: log for r in reversed(session.recordings) for log in r.beside}
+    if not logs:
+        return []
+    kept = []
+    for name, log in sorted(logs.items()):
+        n = sum(any(one.name == name for one in r.beside) for r in session.recordings)
+        kept.append(
+            f"{name} ({', '.join(log.columns)}; {log.units}; {log.rate_hz():.4g} rows a second; "
+            f"in {n} of {len(session.recordings)} recordings)"
+        )
+    press = session.press if isinstance(session, FolderSession) else None
+    clock = "Times are taken to be by the images' clock: there is no press that sets another."
+    if press is not None:
+        names = " and ".join(sorted(log.name for log in press.beside)) or "nothing"
+        clock = f"{press.name} is a press, not a recording: it sets the clock of {names}."
+    return [f"Kept beside: {', '.join(kept)}.", clock]
 
 
 def table_sentences(session: RecordingSet) -> list[str]:

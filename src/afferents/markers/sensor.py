@@ -472,6 +472,17 @@ def sensors_of(session: Session, given: Sensor | None) -> Sensors:
     return Sensors(load_sensor(USUAL), own)
 
 
+def default_sentences(session: Session, given: Sensor | None) -> list[str]:
+    """Say that markers are taken to be the paper's, where nothing names the sensor of a video."""
+    named = given is not None or session.declared.sensor is not None
+    if named or all(r.video is None or r.sensor is not None for r in session.recordings):
+        return []
+    return [
+        f"No sensor is named, so the markers are taken to be those of the paper's, '{USUAL}'; if "
+        "yours is another, make its file with 'afferents calibrate' and give it with --sensor."
+    ]
+
+
 def sensor_in(wanted: "str | Path | Sensor") -> "Sensor":
     """Return the sensor, which may be given by its file or by the name of a packaged one.
 

@@ -22,6 +22,9 @@ STAYED = 0.2
 LINK, BESIDE, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
 """See `beyond_layout`: spacings to the next of a group and from its outline, share of the largest
 group, and how many there must be for one."""
+FIELD_LINK, FEWEST_IN_FIELD, LEAST_OF_LARGEST = 1.6, 6, 0.2
+"""See `count_in_fields`: spacings to the next of a field, how many there must be for one, and what
+share of the largest: 6 specks at the rim of a real TacTip stand beside 100 pins."""
 ALONE, APART, MOST_ALONE = 1.2, 1.0, 0.03
 """See `beyond_layout`: spacings to the nearest other, and from the outline, of one that is alone;
 with more of these than that share, the layout itself is as wide there."""
@@ -125,8 +128,7 @@ def beyond_layout(position: Positions) -> NDArray[np.bool_]:
         return none
     spacing = spacing_px(position)
     tree = cKDTree(position)
-    links = tree.sparse_distance_matrix(tree, LINK * spacing)
-    _, group = connected_components(links, directed=False)
+    group = _groups(tree, LINK * spacing)
     main = group == np.bincount(group).argmax()
     if main.mean() < LEAST_SHARE:
         return none
@@ -135,6 +137,30 @@ def beyond_layout(position: Positions) -> NDArray[np.bool_]:
     if 0 < alone.sum() <= max(1, MOST_ALONE * len(position)):
         beyond |= alone & (_inside_px(position, main & ~alone) < -APART * spacing)
     return beyond
+
+
+def count_in_fields(position: Positions) -> list[int]:
+    """Return how many markers each separate field of a picture has, the largest first.
+
+    In a field each has another within `FIELD_LINK` spacings. Groups of fewer than
+    `FEWEST_IN_FIELD`, or `LEAST_OF_LARGEST` of the largest, are specks and no field.
+
+    Parameters
+    ----------
+    position
+        Shape (n, 2), px.
+    """
+    if len(position) < FEWEST_IN_FIELD:
+        return []
+    sizes = np.bincount(_groups(cKDTree(position), FIELD_LINK * spacing_px(position)))
+    least = max(FEWEST_IN_FIELD, LEAST_OF_LARGEST * sizes.max())
+    return sorted((int(n) for n in sizes if n >= least), reverse=True)
+
+
+def _groups(tree: cKDTree, link_px: float) -> NDArray[np.intp]:
+    """Return the group of each position, shape (n,): those linked by steps of so many px."""
+    links = tree.sparse_distance_matrix(tree, link_px)
+    return np.asarray(connected_components(links, directed=False)[1], np.intp)
 
 
 def _inside_px(position: Positions, layout: NDArray[np.bool_]) -> NDArray[np.float64]:

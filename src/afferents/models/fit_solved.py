@@ -14,8 +14,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from afferents import dims
-from afferents.encodings.samples import Samples, labels_of, textures_of
+from afferents.encodings.samples import Samples, labels_of, speeds_told, textures_of
 from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import SPEED, Split
 from afferents.folds.protocol import Fold, Indices, Protocol
@@ -280,14 +279,14 @@ def learn(
 
 def _data_of(samples: Samples, labels: Indices, index: Indices, split: Split) -> FitData:
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
-    speed = torch.from_numpy(samples[dims.SPEED].values[index])
+    speed = torch.from_numpy(speeds_told(samples)[index])
     _, group = np.unique(split.of(samples)[index], return_inverse=True)
     return FitData(values, named, equal_weights(named, torch.from_numpy(group)), speed)
 
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
     """Return a model's scores of some samples, and their speeds to one that is told by a robot."""
-    values, speed_mm_s = samples.values, samples[dims.SPEED].values
+    values, speed_mm_s = samples.values, speeds_told(samples)
     found = []
     for part in np.split(index, range(_BATCH, len(index), _BATCH)):
         told = torch.from_numpy(speed_mm_s[part]) if classifier.told_speed else None

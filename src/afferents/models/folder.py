@@ -15,7 +15,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.channels import channel_of
-from afferents.encodings.samples import Samples
+from afferents.encodings.samples import Samples, speeds_told
 from afferents.encodings.settings import encoding_of
 from afferents.errors import AfferentsError, InputError, raised, reading
 from afferents.files import holds_only, write_aside
@@ -382,5 +382,5 @@ class Recogniser:
         learnt = self.card.learnt_from_mm_s
         if dims.SPEED not in samples.coords or not learnt:
             return np.zeros(len(samples), dtype=bool)
-        speed = samples[dims.SPEED].values
+        speed = speeds_told(samples)
         return np.asarray((speed < min(learnt)) | (speed > max(learnt)))

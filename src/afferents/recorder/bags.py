@@ -92,11 +92,6 @@ class ImportedFiles(NamedTuple):
     sequence: NDArray[np.int64] | None = None
 
 
-def is_bag(path: Path) -> bool:
-    """Say whether a path looks like a bag."""
-    return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
-
-
 def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
     """Write what is wanted of a bag into a folder.
 

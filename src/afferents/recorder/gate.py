@@ -177,6 +177,12 @@ def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
     if n_known < max(1, len(speeds)):
         found = f"known in {n_known} of {len(speeds)} readings"
         return Check("speed", False, found, "see to the drive")
+    if plan.sweep:
+        low, high = min(plan.speeds_mm_s), max(plan.speeds_mm_s)
+        mean, allowed = float(speeds.mean()), plan.tolerance.speed
+        found = f"{mean:.2f} mm/s on average, {speeds.min():.2f} to {speeds.max():.2f}"
+        passes = low * (1 - allowed) <= mean <= high * (1 + allowed)
+        return Check("speed", passes, found, f"see to the arm: {low:g} to {high:g} are asked for")
     # A tenth of a second together: what is read from one moment to the next is coarse.
     smooth = np.convolve(speeds, np.ones(5) / 5, "valid") if len(speeds) >= 5 else speeds
     off = float(np.abs(smooth / speed_mm_s - 1).max())

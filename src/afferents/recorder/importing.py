@@ -25,12 +25,13 @@ from afferents.files import (
     write_json,
 )
 from afferents.outputs import writing_alone
-from afferents.recorder.bags import Bag, ImportedFiles, extract_files, is_bag
+from afferents.recorder.bags import Bag, ImportedFiles, extract_files
 from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.session import RUN, require_same_rates
 from afferents.recordings.audio import WavFile, reading_sound, sound_name
 from afferents.recordings.layouts import AUDIO, VIDEO, recording_folders
+from afferents.recordings.media import is_bag
 from afferents.recordings.run_log import FrameRow, Log
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile

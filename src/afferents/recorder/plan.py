@@ -71,6 +71,9 @@ class Plan(StrictForm):
         Names of the drums, which become folders.
     speeds_mm_s, repetitions
         Every texture is recorded at every speed, so many times.
+    sweep
+        Whether the speed changes within each run, between the slowest and the fastest of these:
+        every texture is then recorded so many times in all, and its recordings have no speed.
     seconds
         Of constant speed in each run.
     rest_s
@@ -108,6 +111,7 @@ class Plan(StrictForm):
     textures: tuple[Annotated[str, AfterValidator(_texture)], ...] = Field(min_length=1)
     speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)
     repetitions: int = Field(1, ge=1, le=1000)
+    sweep: bool = Field(False, exclude_if=lambda given: not given)  # plans agree as before
     seconds: float = Field(gt=0, le=24 * 3600)
     rest_s: float = Field(0.5, ge=0.2, le=600)
     tap_s: float = Field(0.0, ge=0, le=60)
@@ -128,9 +132,11 @@ class Plan(StrictForm):
     tolerance: Tolerance = Tolerance()
 
     @model_validator(mode="after")
-    def _can_tap(self) -> Self:
+    def _fits_together(self) -> Self:
         if self.tap_s and (self.tap_s < LEAST_TAP_S or self.microphone is None):
             raise ValueError(f"with tap_s, a [microphone] and at least {LEAST_TAP_S:g} s")
+        if self.sweep and len(self.speeds_mm_s) != 2:
+            raise ValueError("with sweep, two speeds_mm_s: the slowest and the fastest")
         return self
 
     @property
@@ -183,9 +189,10 @@ class Plan(StrictForm):
         drums = [self.textures[i] for i in rng.permutation(len(self.textures))]
         found = []
         for texture in drums:
-            runs = [(s, r) for s in self.speeds_mm_s for r in range(1, self.repetitions + 1)]
+            speeds = (sum(self.speeds_mm_s) / 2,) if self.sweep else self.speeds_mm_s
+            runs = [(s, r) for s in speeds for r in range(1, self.repetitions + 1)]
             found += [
-                Entry(texture, runs[i][0], runs[i][1], self.repetitions > 1)
+                Entry(texture, runs[i][0], runs[i][1], self.repetitions > 1, self.sweep)
                 for i in rng.permutation(len(runs))
             ]
         return found
@@ -193,16 +200,19 @@ class Plan(StrictForm):
 
 @dataclass(frozen=True)
 class Entry:
-    """One run of the plan."""
+    """One run of the plan; of a sweep, the speed is the one between both."""
 
     texture: str
     speed_mm_s: float
     repetition: int
     is_repeated: bool
+    is_sweep: bool = False
 
     @property
     def name(self) -> str:
         """Its folder in the session, and the recording's name."""
+        if self.is_sweep:
+            return f"{self.texture}/sweep/{self.repetition}"
         name = f"{self.texture}/{self.speed_mm_s:g}"
         return f"{name}/{self.repetition}" if self.is_repeated else name
 

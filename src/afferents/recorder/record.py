@@ -307,10 +307,11 @@ class Recorder:
             self._texture = entry.texture
         takes_any_speed = math.isinf(self.devices.drive.limits.highest_mm_s)  # it is no motor
         if ask is not None and attempt and takes_any_speed:
+            speeds = sorted(plan.speeds_mm_s) if plan.sweep else [entry.speed_mm_s]
             tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
             ask(
                 f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
-                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
+                f"{' to '.join(f'{v:g}' for v in speeds)} mm/s until {plan.total_s:g} s are over"
             )
         if self.bench is not None:  # the film begins anew
             self.bench.mount(entry, attempt)

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +111,7 @@ class RecordedSession:
             If devices give other rates, sizes or channels than those of the runs that are there,
             or sound to runs without it.
         """
-        camera = devices.camera.settings
+        camera, limits = devices.camera.settings, asdict(devices.drive.limits)
         sound = devices.sound
         channels = sound.channels if sound else 2
         with naming(self.root):
@@ -130,7 +131,7 @@ class RecordedSession:
             _PLAN: self.plan.model_dump(mode="json"),
             "camera": asdict(camera),
             "microphone": asdict(sound) if sound else None,
-            "drive": asdict(devices.drive.limits),
+            "drive": {name: v if isfinite(v) else None for name, v in limits.items()},
             "versions": {
                 "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
             },
@@ -225,8 +226,17 @@ class RecordedSession:
         sums = {name: its for name, its in self._content[_SUMS].items() if name not in names}
         sums |= {name: said.pop(_SUMS) for name, said in about.items()}
         self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
+        if self.plan.sweep:
+            done = [entry for entry in entries if entry.name in finished]
+            self._content |= {"holes": [], "recordings": list(map(self._listed, done))}
         write_json(self._file, self._content)
         _sync_names(self.root)
+
+    def _listed(self, entry: Entry) -> dict[str, str]:
+        """Return a recording of a sweep as a session file lists it: without a speed."""
+        files = {"video": VIDEO} | ({"audio": AUDIO} if self.plan.microphone else {})
+        about = {"texture": entry.texture, "repetition": f"{entry.repetition}", "id": entry.name}
+        return about | {key: f"{entry.name}/{name}" for key, name in files.items()}
 
 
 def _sync_names(folder: Path) -> None:

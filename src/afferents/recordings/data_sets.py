@@ -12,6 +12,7 @@ from afferents.errors import InputError
 from afferents.plugins import imported, in_a_sentence, named, reference_of
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.described import PACKAGED, Described
+from afferents.recordings.media import refuse_bag
 from afferents.recordings.session import Pictures, PublishedSession, Session
 from afferents.recordings.tactile_bench import Runs, Streams
 from afferents.store.integrity import is_group
@@ -93,7 +94,11 @@ def _recognised(path: Path) -> DataSet:
         )
     *_, last = DATA_SETS.values()
     first = next((kind for kind in claims if kind is not last), None)
-    return first(path) if first else _packaged(path) or last(path)
+    if found := first(path) if first else _packaged(path):
+        return found
+    if not claims:
+        refuse_bag(path)
+    return last(path)
 
 
 _OWN = re.compile(r"(?P<where>(?:.+\.py|\w[\w.]*):[^\W\d][\w.]*)(?::(?P<path>.+))?")

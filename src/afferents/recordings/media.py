@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Set
 from pathlib import Path
 
-from afferents.errors import InputError, reason_of, then
+from afferents.errors import InputError, reading, reason_of, then
 from afferents.files import is_hidden, walk
 from afferents.store.recording import natural_order
 
@@ -41,6 +41,25 @@ def is_image_folder(path: Path) -> bool:
 
 def _is_numbered(path: Path) -> bool:
     return path.suffix.lower() in IMAGES and path.stem[-1:].isdigit()
+
+
+def is_bag(path: Path) -> bool:
+    """Say whether a path looks like a bag of ROS: a file, or a folder of rosbag2."""
+    return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
+
+
+def refuse_bag(path: Path) -> None:
+    """Refuse a bag of ROS, or a folder of such, where recordings are expected."""
+    if not path.exists():
+        return
+    with reading(path, "a readable folder", OSError):
+        inside = sorted(path.iterdir()) if path.is_dir() else []
+    if bag := next(filter(is_bag, (path, *inside)), None):
+        raise InputError(
+            f"{path}: expected recordings, found a bag of ROS ({bag.name}); 'afferents import "
+            f"{bag} --session SESSION --texture TEXTURE --speed SPEED' makes it one of a session: "
+            "give that"
+        )
 
 
 def media_in(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:

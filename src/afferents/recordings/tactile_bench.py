@@ -26,6 +26,7 @@ from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder, times_besid
 from afferents.recordings.session import PublishedSession
 from afferents.recordings.session_file import SESSION_FILES, SessionFile, declared_by
 from afferents.store.beside import Beside
+from afferents.store.motion import differentiate
 
 TARGETS, STILLS, PARTS = "targets.csv", "tactile_images", ("train", "val")
 TEXTURE, AT_REST = "class", "reference"
@@ -47,6 +48,9 @@ LOGS: Sequence[Mapping[str, Any]] = (
 """What is kept beside; torque is not, whose unit is not known."""
 MOVING = 0.5
 """Share of the fastest from which on an arm slides, where only its poses say how fast."""
+UNEVEN = 0.2
+"""Share of the usual speed by which the fastest and the slowest tenth may differ, to be one speed.
+"""
 _RUN = re.compile(r"run_(\d+)")
 
 
@@ -261,15 +265,20 @@ class Runs(PublishedSession):
         yield from sorted(by_number.items())
 
     def _speed_mm_s(self, folder: Path) -> float | None:
-        """Return how fast the arm slid, mm/s, to two digits, by its poses; None without any."""
+        """Return how fast the arm slid, mm/s, to two digits, by its poses.
+
+        None without any, and where the speed changed: then the store keeps it as a series.
+        """
         path = folder / LOGS[0]["file"]
         if not path.is_file():
             return None
         log = Beside("pose", path, "timestamp", tuple(LOGS[0]["columns"][:3]), "m")
         time_s, place_m = log.read()
-        speed = 1000 * np.linalg.norm(np.gradient(place_m, time_s, axis=0), axis=1)
-        usual = float(np.median(speed[speed >= MOVING * np.percentile(speed, 95)]))
-        return float(f"{usual:.2g}") if usual > 0 else None
+        speed = 1000 * differentiate(time_s, place_m).values
+        sliding = speed[speed >= MOVING * np.percentile(speed, 95)]
+        slow, usual, fast = map(float, np.percentile(sliding, (10, 50, 90)))
+        is_steady = usual > 0 and fast - slow <= UNEVEN * usual
+        return float(f"{usual:.2g}") if is_steady else None
 
     def _steady(self, folder: Path, files: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
         """Return the steady part by the control's events, on the clock of the images; else none."""

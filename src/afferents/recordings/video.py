@@ -20,7 +20,7 @@ from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
-from afferents.recordings.media import IMAGES
+from afferents.recordings.media import IMAGES, refuse_bag
 from afferents.recordings.pictures import ZIP, ImageFolder
 from afferents.store.recording import Frame, GreyImage, Video
 
@@ -263,6 +263,7 @@ def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolde
         If it is neither, or of images without a rate.
     """
     if not (path.is_dir() or path.suffix.lower() == ZIP):
+        refuse_bag(path)
         return open_video(path, fps_hz)
     images = ImageFolder(path, fps_hz)
     _ = images.clock_s
@@ -367,18 +368,24 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
 
 
 class VideoWithProgress:
-    """A video that moves a progress bar as it is decoded, and keeps its last frame."""
+    """A video that moves a progress bar as it is decoded, and keeps its last frame.
 
-    def __init__(self, video: VideoFile | ImageFolder, progress: Progress) -> None:
-        self._video, self._progress = video, progress
+    `most` frames of it are decoded, or all.
+    """
+
+    def __init__(
+        self, video: VideoFile | ImageFolder, progress: Progress, most: int | None = None
+    ) -> None:
+        self._video, self._progress, self._most = video, progress, most
         self.path, self.fps_hz = video.path, video.fps_hz
         self.width, self.height = video.width, video.height
         self.last: Frame | None = None
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start."""
-        frames = self._video.frames()
-        for frame in self._progress.track(frames, "tracking", self._video.n_frames):
+        frames = islice(self._video.frames(), self._most)
+        n = self._video.n_frames if self._most is None else min(self._video.n_frames, self._most)
+        for frame in self._progress.track(frames, "tracking", n):
             self.last = frame
             yield frame
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.folds.held_out import key_of
+from afferents.markers.detect import spacing_px
 from afferents.reporting.labels import texture_axis, texture_letter, texture_names
 from afferents.reporting.style import (
     BLUE,
@@ -33,6 +34,10 @@ from afferents.store.recording import GreyImage, natural_order
 
 QUANTILES = ((0.05, 0.95), (0.25, 0.75))
 MOST_CHANNELS = 16
+RING_POINTS, RING_SHARE = 5.1, 0.7
+"""Diameter of the ring round a marker at a scale of 1, and as a share of the markers' spacing."""
+LEAST_APART_INCH, MOST_LARGER = 0.16, 3.0
+"""Markers are drawn so far apart, in pictures up to so many times as wide as others."""
 
 
 @styled
@@ -70,22 +75,24 @@ def markers_figure(
     height, width = image.shape
     seen = np.asarray(detected, dtype=bool)
     title = title or f"Markers: {int(seen.sum())} of {len(seen)} detected"
-    figure = new_figure(7.6, 7.0 * height / width + 1.0, title, source)
+    wide_inch, scale = _size_to_see(position, width)
+    figure = new_figure(wide_inch + 0.6, wide_inch * height / width + 1.0, title, source)
     axes = figure.subplots()
     draw_cells(axes, image, "gray", 0, 255)
     if trails is not None:
         axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
-    draw_markers(axes, position, seen)
+    draw_markers(axes, position, seen, scale)
     if suspects is not None and len(suspects):
         x, y = suspects.T
-        axes.scatter(x, y, s=34, marker="D", facecolors="none", edgecolors=VERMILION, lw=1.2,
-                     label="suspect, left out")  # fmt: skip
+        axes.scatter(x, y, s=34 * scale**2, marker="D", facecolors="none", edgecolors=VERMILION,
+                     lw=1.2, label="suspect, left out")  # fmt: skip
     for key, (x, y, radius) in masks:
         colour = GREEN if key == "keep" else VERMILION
         label = None if key in axes.get_legend_handles_labels()[1] else key
         axes.add_patch(Circle((x, y), radius, fill=False, ec=colour, lw=1.2, label=label))
-    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0,
+                markerscale=1 / scale)  # fmt: skip
     axes.set(xlabel="x (px) →", ylabel="← y (px)")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
     return figure
@@ -142,6 +149,18 @@ def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     return figure
 
 
+def _size_to_see(position: NDArray[np.float64], width: int) -> tuple[float, float]:
+    """Return how wide a picture is drawn, inches, and the scale of the rings round its markers.
+
+    A big picture of small markers is drawn larger, so that rings stand apart and dots show inside.
+    """
+    apart_px = spacing_px(position[np.isfinite(position).all(axis=1)])
+    if not apart_px > 0:  # one marker, or none
+        return 7.0, 1.0
+    inch = 7.0 * float(np.clip(LEAST_APART_INCH * width / (7.0 * apart_px), 1, MOST_LARGER))
+    return inch, RING_SHARE * 72 * inch * apart_px / width / RING_POINTS
+
+
 def draw_markers(
     axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bool_], scale: float = 1.0
 ) -> None:
@@ -155,8 +174,8 @@ def draw_markers(
         Of the circles and crosses; 1 is for axes of 7 inches.
     """
     x, y = position[seen].T
-    axes.scatter(x, y, s=26 * scale**2, facecolors="none", edgecolors=BLUE, lw=1.2 * scale,
-                 label="detected")  # fmt: skip
+    axes.scatter(x, y, s=(RING_POINTS * scale) ** 2, facecolors="none", edgecolors=BLUE,
+                 lw=1.2 * min(scale, 1), label="detected")  # fmt: skip
     lost = ~seen & np.isfinite(position).all(axis=1)
     if lost.any():
         x, y = position[lost].T

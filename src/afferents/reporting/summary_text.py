@@ -122,7 +122,7 @@ def what_was_asked(summary: Summary) -> str:
     if not summary.all_held_out:
         return f"{n}. Of the {split.many}, {', '.join(keys)}{split.unit} were held out. {held_out}"
     if not split.whole:
-        return f"The drum of each of {n} was divided into {len(keys)} arcs. {held_out}"
+        return f"{split.divided} of {n} was divided into {len(keys)} {split.many}. {held_out}"
     if not split.ordered:
         return f"{n} were recorded with {len(keys)} {split.many}: {', '.join(keys)}. {held_out}"
     return (
@@ -177,7 +177,8 @@ def beside_the_winner(summary: Summary) -> list[str]:
     if won is None:
         return []
     recordings = mean_and_interval(won.found.recordings)
-    whole = "whole recordings" if summary.split.whole else "the parts of recordings in one arc"
+    split = summary.split
+    whole = "whole recordings" if split.whole else f"the parts of recordings in {split.one}"
     whole = "halves of recordings" if won.protocol == "published" else whole
     said = [
         _within_modality(summary, won),

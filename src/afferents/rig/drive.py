@@ -2,7 +2,8 @@
 
 A run begins with the drum still, for the rest frames; the drum is brought on (where it is not
 from the start), runs up, and turns on at constant speed. Where it is on from the start, the drum
-has slid before: what friction still holds of that is in the rest frames.
+has slid before: what friction still holds of that is in the rest frames. In a sweep speed and depth
+go up and down from then on.
 """
 
 import math
@@ -31,6 +32,13 @@ _STOPPED_S, _BACK_S = 0.5, 0.6
 """Of `BEFORE_S`: by then the drum has stopped, and has gone back as far as it goes."""
 _OFF_MM = 3.0
 """The drum's distance from the skin before it is brought on."""
+SWEEP_S, PLATEAU_S, DEEPER_S = 6.0, 1.0, 3.7
+"""A sweep's speed goes up and down in so long, and stays so long at either end; its depth in so
+long, which is no fraction of the speed's, so that depths meet all speeds."""
+DEEPER, CHANGE = 0.2, 0.2
+"""How much deeper or less deep than usual a slide is at most on average, and how far its depth then
+goes up and down, as shares of the usual depth."""
+FASTEST_MM_S = 500.0
 _RIPPLE_HZ = 3.0
 _DRIFT_S = 20.0
 
@@ -64,6 +72,50 @@ class Drive(BaseModel):
     drift_mm: float = Field(0.02, ge=0)
     back_mm: float = Field(0.1, ge=0)
     back_spread: float = Field(1.0, ge=0, le=1)
+
+
+class Slide(NamedTuple):
+    """A slide of a sweep: the drum's speed goes up and down, as an arm's may, and the tip's depth.
+
+    Attributes
+    ----------
+    low_mm_s, high_mm_s
+        The slowest and the fastest speed.
+    is_sine
+        Whether the speed is a sinusoid; else its acceleration is constant, with plateaus.
+    speed_phase, depth_phase
+        Where in their periods speed and depth are when the video begins, 0 to 1.
+    deeper_mm, change_mm
+        How much deeper than usual the tip is pressed on average, and amplitude of its change.
+    """
+
+    low_mm_s: float
+    high_mm_s: float
+    is_sine: bool
+    speed_phase: float
+    depth_phase: float
+    deeper_mm: float
+    change_mm: float
+
+    def speed_at(self, time_s: Values) -> Values:
+        """Return the speed at some times, mm/s."""
+        at, stays = (time_s / SWEEP_S + self.speed_phase) % 1, PLATEAU_S / SWEEP_S
+        share = np.interp(at, (0, stays, 0.5, 0.5 + stays, 1), (0, 0, 1, 1, 0))
+        if self.is_sine:
+            share = (1 - np.cos(2 * math.pi * at)) / 2
+        return self.low_mm_s + share * (self.high_mm_s - self.low_mm_s)
+
+    def deeper_at(self, time_s: Values) -> Values:
+        """Return how much deeper than usual the tip is pressed at some times, mm."""
+        change = np.sin(2 * math.pi * (time_s / DEEPER_S + self.depth_phase))
+        return self.deeper_mm + self.change_mm * change * _ramp(time_s, PRESSED_S, RUNNING_S)
+
+
+def draw_slides(n: int, usual_mm: float, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Draw the last four of `Slide`, (n, 4): spread over their ranges, and in any order."""
+    speed, depth = (rng.permuted(np.arange(n) + rng.random(n)) / n for _ in range(2))
+    deeper = usual_mm * DEEPER * (2 * depth - 1)
+    return np.column_stack([speed, rng.random(n), deeper, np.full(n, usual_mm * CHANGE)])
 
 
 class Turning(NamedTuple):
@@ -103,13 +155,18 @@ def turn(
     contact_at_rest: bool,
     rate_hz: float,
     rng: np.random.Generator,
+    slide: Slide | None = None,
 ) -> Turning:
     """Turn the drum through a whole run.
 
     Parameters
     ----------
+    speed_mm_s
+        At which it turns; of a sweep its mean.
     run_out_mm
         Of the drum: how much nearer its surface is at an angle of 0 and of a quarter turn, mm.
+    slide
+        Speeds and depths of a sweep.
     """
     before = round(BEFORE_S * rate_hz) if contact_at_rest else 0
     time = (np.arange(round(seconds * rate_hz)) + 1) / rate_hz
@@ -117,6 +174,8 @@ def turn(
     ripple = drive.ripple * _slow_noise(len(time), rate_hz, 1 / (2 * math.pi * _RIPPLE_HZ), rng)
     drift = drive.drift_mm * _slow_noise(len(time), rate_hz, _DRIFT_S, rng)
     ramp = _ramp(time, PRESSED_S, RUNNING_S)
+    if slide is not None:
+        ramp = ramp * slide.speed_at(time) / speed_mm_s
     nominal = speed_mm_s / drum_radius_mm * np.cumsum(ramp) / rate_hz
     motor = drive.motor_ripple * np.sin(MOTOR_TURNS * nominal + motor_phase)
     speed = speed_mm_s * ramp * (1 + ripple + motor)
@@ -128,6 +187,8 @@ def turn(
     time = np.concatenate([(np.arange(before) - before + 1) / rate_hz, time])
     drift = np.concatenate([np.full(before, drift[0]), drift])
     pressed = run_out_mm[0] * np.cos(angle) + run_out_mm[1] * np.sin(angle) + drift
+    if slide is not None:
+        pressed = pressed + slide.deeper_at(time)
     if not contact_at_rest:
         pressed = pressed - _OFF_MM * (1 - _ramp(time, STILL_S, PRESSED_S))
     return Turning(time, angle, speed, pressed)

@@ -178,7 +178,7 @@ def _heard(state, nodes, weight, s):
 
 @_part
 def _take_frame(state, since, frame):
-    """Write places, depth and pressure, `since` s before the end of the step."""
+    """Write places, depth, pressure and friction, `since` s before the end of the step."""
     for r in range(N_SIDE):
         for i in range(N_SIDE):
             j = r * ROW + i
@@ -190,6 +190,8 @@ def _take_frame(state, since, frame):
             )
             frame[2, r, i] = max(state[_D * _PLANE + FIRST + j], np.float32(0))
             frame[3, r, i] = state[_P * _PLANE + FIRST + j]
+            frame[4, r, i] = state[_FX * _PLANE + FIRST + j]
+            frame[5, r, i] = state[_FY * _PLANE + FIRST + j]
 
 
 @_kernel
@@ -227,7 +229,8 @@ def advance(
     k
         Constants.
     frames
-        Filled with displacement along x and y, depth and pressure, (n_frames, 4, row, column).
+        Filled with displacement along x and y, depth, pressure, and friction along x and y,
+        (n_frames, 6, row, column).
     sounds
         Filled with the rates of pressure and tangential force, (n_steps, 2).
     """
@@ -268,12 +271,14 @@ def _move_mesh(state, n, neighbour, coupling, push, k):
 
 @_part
 def _take_mesh_frame(state, n, since, frame):
-    """Write places, depth and pressure, `since` s before the end of the step."""
+    """Write places, depth, pressure and friction, `since` s before the end of the step."""
     for j in range(n):
         frame[0, j] = state[_UX * n + j] - since * state[_VX * n + j]
         frame[1, j] = state[_UY * n + j] - since * state[_VY * n + j]
         frame[2, j] = max(state[_D * n + j], np.float32(0))
         frame[3, j] = state[_P * n + j]
+        frame[4, j] = state[_FX * n + j]
+        frame[5, j] = state[_FY * n + j]
 
 
 @_kernel
@@ -299,7 +304,7 @@ def advance_mesh(
     """Move the skin on by as many steps as `offset` has, in place.
 
     As `advance`, with states (STATES * n_nodes,), values of the nodes (n_nodes,), what `mesh.Mesh`
-    says of their neighbours, and frames (n_frames, 4, n_nodes).
+    says of their neighbours, and frames (n_frames, 6, n_nodes).
     """
     n = len(x)
     nodes = 0, n, n

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError
 from afferents.files import holds_only, write_aside
+from afferents.recordings.tactile_bench import LOGS
 from afferents.rig.camera import Camera, Renderer, project
 from afferents.rig.config import Rig
+from afferents.rig.drive import Slide
 from afferents.rig.microphone import write_wav
 from afferents.rig.run import CAMERA, MARKERS, Simulated, others_of, random_of, simulate_run
 from afferents.rig.surface import Surface
@@ -61,7 +63,9 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ca
 # Recording the rig: a run becomes a folder with its video, sound, drive's log and truth.
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
-RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE)
+TIME, ARM_LOGS = "timestamp", tuple(str(log["file"]) for log in LOGS)
+"""Of the logs of an arm: pose and force."""
+RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE, *ARM_LOGS)
 """Says which folder is an earlier recording, that may be replaced."""
 _TIP = 361
 """There is one fingertip: how its markers look is drawn from this seed, and no other."""
@@ -79,8 +83,11 @@ def record(
     seed: int,
     reference: bool = False,
     again: int = 0,
+    slide: Slide | None = None,
 ) -> None:
     """Run a drum at a speed and write the recording, whole or not at all.
+
+    Of a sweep it holds the logs of an arm in place of the drive's.
 
     Parameters
     ----------
@@ -89,7 +96,7 @@ def record(
     reference
         Whether the clip of the skin at rest is written beside it, as in the published session's
         first folder.
-    again
+    again, slide
         As of `simulate_run`.
 
     Raises
@@ -99,7 +106,7 @@ def record(
     OSError
         If the disk is full.
     """
-    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again)
+    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again, slide)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
     filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed, again)
@@ -119,7 +126,10 @@ def record(
             rig.camera,
         )
         write_wav(partial / AUDIO, run.room, run.sensor)
-        write_way(partial / DRIVE, run, rig.drum.diameter_mm)
+        if run.arm is None:
+            write_way(partial / DRIVE, run, rig.drum.diameter_mm)
+        else:
+            write_arm(partial, *run.arm)
         write_truth(partial / TRUTH, run, position_px)
 
 
@@ -185,6 +195,14 @@ def write_way(path: Path, run: Simulated, diameter_mm: float) -> None:
     rows = zip(run.time_s, position_mm, run.speed_mm_s, strict=True)
     drum = Drum(circumference_mm=np.pi * diameter_mm, contact_mm=CONTACT_MM, zero=MARK)
     write_log(path, ("time_s", "position_mm", "speed_mm_s"), rows, 0.0, drum)
+
+
+def write_arm(folder: Path, *logs: NDArray[np.float64]) -> None:
+    """Write an arm's pose and force as the group that made the fingertip does (`tactile_bench`)."""
+    wrench = [f"{what}_{axis}" for what in ("force", "torque") for axis in "xyz"]
+    for file, columns, rows in zip(ARM_LOGS, (LOGS[0]["columns"], wrench), logs, strict=True):
+        head = ",".join([TIME, *columns])
+        np.savetxt(folder / file, rows, "%.7f", ",", header=head, comments="")
 
 
 def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 from afferents.choices import Remount
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
-from afferents.rig.drive import MOTOR_TURNS, Turning, turn
+from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
 from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
@@ -23,7 +23,10 @@ STABLE = 1.5
 
 SPARE_S = 0.25
 """How much longer than asked a run lasts, so that the clock of the sound may begin later, s."""
+POSE_HZ, FORCE_HZ = 125.0, 500.0
+"""How often an arm that makes a sweep logs its pose, and its sensor forces."""
 _BLOCK = round(PHYSICS_RATE_HZ)
+_NEVER = np.empty(0)
 
 
 class Drawn(NamedTuple):
@@ -72,6 +75,10 @@ class Simulated(NamedTuple):
         Of the drum when the frames were taken, (n_frames,).
     sensor, room
         The microphone's channels at 44.1 kHz, full scale 1, (n_samples,).
+    arm
+        Of a sweep what an arm logs, without noise: rows of a time (s on the video's clock), x, y, z
+        (m) and a rotation vector (rad), x along the slide, z up, 0 at first touch, the rest 0;
+        and rows of a time, force (N) and torque (N m) on the fingertip, see `SkinResponse`.
     """
 
     time_s: NDArray[np.float64]
@@ -81,6 +88,7 @@ class Simulated(NamedTuple):
     speed_mm_s: NDArray[np.float64]
     sensor: NDArray[np.float64]
     room: NDArray[np.float64]
+    arm: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
 def random_of(
@@ -125,7 +133,7 @@ def _print_of(rig: Rig, seed: int) -> list[int]:
     return [_PRINT, rig.drum.prints] if rig.drum.prints != seed else []
 
 
-_MOUNTING, _MATERIAL, _RUN_OUT, _RUN, _DRIVE, _SOUND, CAMERA, MARKERS, TAPS = range(9)
+_MOUNTING, _MATERIAL, _RUN_OUT, _RUN, _DRIVE, _SOUND, CAMERA, MARKERS, TAPS, SWEEP = range(10)
 _PRINT, _AGAIN = 1, 2
 
 
@@ -186,8 +194,9 @@ def simulate_run(
     seconds: float,
     seed: int,
     again: int = 0,
+    slide: Slide | None = None,
 ) -> Simulated:
-    """Run a drum at a speed.
+    """Run a drum at a speed, or through a sweep whose mean that is.
 
     Parameters
     ----------
@@ -197,6 +206,8 @@ def simulate_run(
         Length of the video; the audio is as long.
     again
         Which time the same drum turns at the same speed under the same mounting.
+    slide
+        Speeds and depths of a sweep.
 
     Raises
     ------
@@ -216,11 +227,12 @@ def simulate_run(
         rig.mounting.contact_at_rest,
         PHYSICS_RATE_HZ,
         random_of(seed, texture, speed_mm_s, _DRIVE, others),
+        slide,
     )
     of_camera = random_of(seed, texture, speed_mm_s, CAMERA, others)
     time = frame_times(rig, seconds, of_camera)
     rng = random_of(seed, texture, speed_mm_s, _SOUND, others)
-    return _recorded(rig, drawn, surface, turning, time, seconds, rng)
+    return _recorded(rig, drawn, surface, turning, time, seconds, rng, slide)
 
 
 def _recorded(
@@ -231,9 +243,11 @@ def _recorded(
     frames_s: NDArray[np.float64],
     seconds: float,
     rng: np.random.Generator,
+    slide: Slide | None = None,
 ) -> Simulated:
-    """Return what camera and microphone take of a drum that turns so."""
-    skin = press(rig, drawn, surface, turning, frames_s)
+    """Return what camera and microphone take of a drum that turns so, and what an arm logs."""
+    force_s = _NEVER if slide is None else np.arange(0, seconds, 1 / FORCE_HZ)
+    skin = press(rig, drawn, surface, turning, frames_s, force_s)
     if not np.isfinite(skin.displacement_mm).all():
         raise InputError(
             "the rig's constants: expected a skin that stays in one piece, found infinite "
@@ -242,7 +256,15 @@ def _recorded(
     sensor, room = listen(rig, skin, turning, seconds, drawn.clock_offset_s, rng)
     at = np.clip(np.searchsorted(turning.time_s, frames_s), 0, len(turning.time_s) - 1)
     angle, speed = turning.angle_rad[at], turning.speed_mm_s[at]
-    return Simulated(frames_s, seen(rig, skin), skin.pressure_mn, angle, speed, sensor, room)
+    arm = None
+    if slide is not None:
+        pose = np.zeros((math.ceil(seconds * POSE_HZ), 7))
+        pose[:, 0] = time_s = np.arange(len(pose)) / POSE_HZ
+        way_rad = np.interp(time_s, turning.time_s, turning.angle_rad) - drawn.start_rad
+        pose[:, 1] = way_rad * rig.drum.diameter_mm / 2000
+        pose[:, 3] = -(drawn.indentation_mm + slide.deeper_at(time_s)) / 1000
+        arm = pose, np.column_stack([force_s, skin.wrench])
+    return Simulated(frames_s, seen(rig, skin), skin.pressure_mn, angle, speed, sensor, room, arm)
 
 
 def check_step(rig: Rig) -> None:
@@ -269,9 +291,14 @@ def frame_times(rig: Rig, seconds: float, rng: np.random.Generator) -> NDArray[n
 
 
 def press(
-    rig: Rig, drawn: Drawn, surface: Surface, turning: Turning, frames_s: NDArray[np.float64]
+    rig: Rig,
+    drawn: Drawn,
+    surface: Surface,
+    turning: Turning,
+    frames_s: NDArray[np.float64],
+    force_s: NDArray[np.float64] = _NEVER,
 ) -> SkinResponse:
-    """Let the skin feel the whole run, a second at a time."""
+    """Let the skin feel the whole run, a second at a time; its wrench is taken at `force_s`."""
     nodules = felt(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
     factor = drawn.friction * nodules.friction_factor
     skin = rig.skin.model_copy(update={"friction": rig.skin.friction * factor})
@@ -282,12 +309,17 @@ def press(
     slide = turning.angle_rad * top_radius
     speed = turning.speed_mm_s * top_radius / (rig.drum.diameter_mm / 2)
     depth = drawn.indentation_mm - nodules.top_mm + turning.pressed_mm
-    steps = frames_s * PHYSICS_RATE_HZ + turning.before
+    both_s = np.concatenate([frames_s, force_s])
+    order = np.argsort(both_s, kind="stable")
+    steps, is_frame = both_s[order] * PHYSICS_RATE_HZ + turning.before, order < len(frames_s)
     parts = []
     for start in range(0, len(slide), _BLOCK):
         block = slice(start, start + _BLOCK)
-        taken = steps[(steps >= start) & (steps < start + len(slide[block]))] - start
-        parts.append(lattice.run(Motion(slide[block], speed[block], depth[block]), taken))
+        taken = (steps >= start) & (steps < start + len(slide[block]))
+        part = lattice.run(Motion(slide[block], speed[block], depth[block]), steps[taken] - start)
+        frame = is_frame[taken]
+        of_frames = part.displacement_mm[frame], part.inward_mm[frame], part.pressure_mn[frame]
+        parts.append(SkinResponse(*of_frames, part.wrench[~frame], *part[4:]))
     whole = SkinResponse(*(np.concatenate(part) for part in zip(*parts, strict=True)))
     return whole._replace(
         pressure_rate=whole.pressure_rate[turning.before :],

@@ -23,9 +23,9 @@ from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
-from afferents.rig.drive import STEADY_S
-from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
-from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
+from afferents.rig.drive import FASTEST_MM_S, STEADY_S
+from afferents.rig.record import ARM_LOGS, AUDIO, REFERENCE, TRUTH, VIDEO, record
+from afferents.rig.simulation import RUNS, Run, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
 from afferents.store.drum_path import DRIVE
 from afferents.store.recording import LETTERS, RecordingSet, require_distinct
@@ -63,9 +63,9 @@ def simulate_session(
     with writing_alone(simulation.session, "simulate"):
         _claim(simulation)
         remove_partials(simulation.session)
-        missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
+        missing = [run for run in simulation.names if not _is_recorded(simulation, run)]
         if cluster is None:
-            jobs = ((simulation, *run) for run in missing)
+            jobs = ((simulation, run) for run in missing)
             names: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
         else:
             names = _record_there(simulation, missing, cluster)
@@ -79,18 +79,16 @@ def simulate_session(
     return simulation.session
 
 
-def _record_there(
-    simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str
-) -> Iterator[str]:
+def _record_there(simulation: Simulation, missing: Sequence[Run], cluster: str) -> Iterator[str]:
     """Record runs on a cluster, told what by JSON; yield the names of those that are done."""
     session = simulation.session.resolve()
     sent = simulation.model_copy(update={"session": session}).model_dump_json()
-    jobs = ((sent, *run) for run in missing)
+    jobs = ((sent, run) for run in missing)
     yield from on_cluster(_record_far, jobs, cluster, session, SAME + OF_RECORDINGS)
 
 
-def _record_far(simulation_json: str, texture: str, speed_mm_s: float) -> str:
-    return _record_one(_received(simulation_json), texture, speed_mm_s)
+def _record_far(simulation_json: str, run: Run) -> str:
+    return _record_one(_received(simulation_json), run)
 
 
 @lru_cache(maxsize=1)
@@ -99,20 +97,20 @@ def _received(simulation_json: str) -> Simulation:
     return Simulation.model_validate_json(simulation_json)
 
 
-def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
+def _is_recorded(simulation: Simulation, run: Run) -> bool:
     """Tell whether a run is there with all its files; one that lost some is recorded again."""
-    folder = _folder(simulation, texture, speed_mm_s)
-    first = (texture, speed_mm_s) == simulation.names[0]
-    names = (VIDEO, AUDIO, TRUTH, DRIVE, *((REFERENCE,) if first else ()))
-    files = (folder / name for name in names)
+    logs = (DRIVE,) if simulation.sweep is None else ARM_LOGS
+    names = (VIDEO, AUDIO, TRUTH, *logs, *((REFERENCE,) if run == simulation.names[0] else ()))
+    files = (simulation.session / run_name(run) / name for name in names)
     return all(path.is_file() and path.stat().st_size for path in files)
 
 
 def _check(simulation: Simulation) -> None:
     for speed in simulation.speeds_mm_s:
-        if not 0 < speed <= 500:
+        if not 0 < speed <= FASTEST_MM_S:
             raise InputError(
-                f"--speeds: expected speeds above 0 and up to 500 mm/s, found {speed:g}"
+                f"--speeds: expected speeds above 0 and up to {FASTEST_MM_S:g} mm/s, found "
+                f"{speed:g}"
             )
     named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
     require_distinct("--speeds", simulation.textures, named)
@@ -138,23 +136,22 @@ def _claim(simulation: Simulation) -> None:
     write_json(path, simulation.config())
 
 
-def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
-    return simulation.session / run_name(texture, speed_mm_s)
-
-
-def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
+def _record_one(simulation: Simulation, run: Run) -> str:
     """Record a run of a simulation; return its name."""
+    texture, speed_mm_s, repetition = run
     record(
         simulation.rig,
-        _folder(simulation, texture, speed_mm_s),
+        simulation.session / run_name(run),
         texture,
         simulation.surfaces.get(texture) or _drum_of(texture, simulation.rig.drum),
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
-        reference=(texture, speed_mm_s) == simulation.names[0],
+        reference=run == simulation.names[0],
+        again=repetition,
+        slide=simulation.slide(repetition),
     )
-    return run_name(texture, speed_mm_s)
+    return run_name(run)
 
 
 @lru_cache(maxsize=1)
@@ -166,11 +163,8 @@ def _drum_of(texture: str, drum: Drum) -> Surface:
 def _seal(simulation: Simulation) -> None:
     """Add the checksums of all recordings to session.json."""
     sums = {
-        run_name(texture, speed): {
-            file: checksum(_folder(simulation, texture, speed) / file)
-            for file in (VIDEO, AUDIO, TRUTH)
-        }
-        for texture, speed in simulation.names
+        name: {file: checksum(simulation.session / name / file) for file in (VIDEO, AUDIO, TRUTH)}
+        for name in map(run_name, simulation.names)
     }
     write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})
 
@@ -196,6 +190,8 @@ def simulate(
     indentation_mm: float | None = None,
     nodules: Nodules = "on",
     sensor: "str | Path | Sensor" = "tip_b",
+    sweep: str | None = None,
+    repetitions: int | None = None,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -236,6 +232,11 @@ def simulate(
         Whether the skin has its fingerprint's nodules or is flat.
     sensor
         Sensor file (TOML), or the name of a packaged one.
+    sweep
+        In place of constant speeds, slides as of an arm whose speed goes up and down between two,
+        mm/s: 20:80, or 20:80:sine for a sinusoid. Each has pose and force beside it.
+    repetitions
+        Slides of each texture in a sweep, of other depths (default: 4).
     workers
         Processes to run in parallel (default: one per core).
     cluster
@@ -268,7 +269,8 @@ def simulate(
     with Progress(quiet) as progress:
         wanted = simulation_of(
             Path(session), preset, _names_in(textures), speeds, seconds, height_maps, nuisances,
-            remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules,
+            remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules, sweep,
+            repetitions,
         )  # fmt: skip
         simulate_session(wanted, workers, progress, cluster)
     return read_session(Path(session))

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from collections.abc import Sequence
 from functools import cached_property
 from importlib.metadata import version
@@ -12,20 +13,26 @@ from pydantic import BaseModel, ConfigDict
 
 from afferents.choices import LARGEST_SEED, Nodules, Remount, Size, require_number
 from afferents.errors import InputError
+from afferents.recordings.tactile_bench import LOGS
 from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
-from afferents.rig.drive import STEADY_S
+from afferents.rig.drive import CHANGE, DEEPER, FASTEST_MM_S, STEADY_S, Slide, draw_slides
 from afferents.rig.drums import height_map, texture_name
-from afferents.rig.run import draw
+from afferents.rig.record import AUDIO, TIME, VIDEO
+from afferents.rig.run import SWEEP, draw, random_of
 from afferents.rig.surface import Surface
 from afferents.store.recording import LETTERS, natural_order
 from afferents.version import __version__
 
 _SPEEDS = tuple(map(float, range(10, 101, 10)))
 _SECONDS: dict[Size, float] = {"quick": 8.0, "paper": 65.0}
+_REPETITIONS = 4
 RIGS_OWN = "tip_b"
 """Sensor whose pins the rig has if no other is asked for."""
 RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
+
+Run = tuple[str, float, int]
+"""Texture, speed (mm/s; of a sweep its mean), and repetition of a sweep, else 0."""
 
 
 class Simulation(BaseModel):
@@ -41,6 +48,9 @@ class Simulation(BaseModel):
         Surfaces of their own, by name, each as ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
     conditions
         What distinguishes the session from others that are evaluated with it, by name.
+    sweep, repetitions
+        Slowest and fastest speed between which a recording goes up and down, and whether as a
+        sinusoid; and how many there are of each texture. `speeds_mm_s` is then their mean.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,16 +64,26 @@ class Simulation(BaseModel):
     sensor: str = RIGS_OWN
     height_maps: dict[str, str] = {}
     conditions: dict[str, int | float] = {}
+    sweep: tuple[float, float, bool] | None = None
+    repetitions: int = 1
 
     @property
-    def names(self) -> list[tuple[str, float]]:
-        """Return texture and speed of every recording, in the session's order."""
+    def names(self) -> list[Run]:
+        """Return every recording, in the session's order."""
         ordered = sorted(self.textures, key=natural_order)
-        return [(texture, speed) for texture in ordered for speed in sorted(self.speeds_mm_s)]
+        times = range(1, self.repetitions + 1) if self.sweep else (0,)
+        return [(t, speed, n) for t in ordered for speed in sorted(self.speeds_mm_s) for n in times]
+
+    def slide(self, repetition: int) -> Slide | None:
+        """Return speeds and depths of a repetition; None for a constant speed."""
+        if self.sweep is None:
+            return None
+        rng = random_of(self.seed, None, None, SWEEP)  # alike for all textures: it betrays none
+        drawn = draw_slides(self.repetitions, self.rig.mounting.indentation_mm, rng)
+        return Slide(*self.sweep, *drawn[repetition - 1].tolist())
 
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
-        runs = {run_name(*run): draw(self.rig, *run, self.seed)._asdict() for run in self.names}
         return {
             "simulated": True,
             "sensor": self.sensor,
@@ -72,19 +92,42 @@ class Simulation(BaseModel):
             "frame_height": self.rig.camera.height,
             "direction": "+x",
             "steady_s": [STEADY_S, self.seconds],
-            "textures": [texture for texture, _ in self.names[:: len(self.speeds_mm_s)]],
-            "speeds_mm_s": sorted(self.speeds_mm_s),
+            "textures": sorted(self.textures, key=natural_order),
+            **({"speeds_mm_s": sorted(self.speeds_mm_s)} if self.sweep is None else self._swept()),
             "seconds": self.seconds,
             "seed": self.seed,
             "rig": self.rig.model_dump(mode="json"),
             **({"conditions": dict(self.conditions)} if self.conditions else {}),
             **({"height_maps": self._maps()} if self.height_maps else {}),
-            RUNS: runs,
+            RUNS: {run_name(run): self._drawn(run) for run in self.names},
             "versions": {
                 "afferents": __version__,
                 **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
             },
         }
+
+    def _drawn(self, run: Run) -> dict[str, Any]:
+        slide, drawn = self.slide(run[2]), draw(self.rig, *run[:2], self.seed, run[2])
+        return {**drawn._asdict(), **(slide._asdict() if slide else {})}
+
+    def _swept(self) -> dict[str, Any]:
+        """Return what session.json says of a sweep: which files are recordings, and logs beside."""
+        listed = [
+            {
+                "video": f"{run_name(run)}/{VIDEO}",
+                "audio": f"{run_name(run)}/{AUDIO}",
+                "texture": run[0],
+                "repetition": str(run[2]),
+                "id": run_name(run),
+                "steady_s": [STEADY_S, self.seconds],
+                "beside": [
+                    {**log, "file": f"{run_name(run)}/{log['file']}", "time": TIME} for log in LOGS
+                ],
+            }
+            for run in self.names
+        ]
+        asked = {"sweep": list(self.sweep or ()), "repetitions": self.repetitions}
+        return {**asked, "recordings": listed}
 
     @cached_property
     def surfaces(self) -> dict[str, Surface]:
@@ -114,6 +157,8 @@ def simulation_of(
     reprint: int | None = None,
     indentation_mm: float | None = None,
     nodules: Nodules = "on",
+    sweep: str | None = None,
+    repetitions: int | None = None,
 ) -> Simulation:
     """Return the simulation that a user's words describe.
 
@@ -138,6 +183,8 @@ def simulation_of(
         conditions of the session's recordings, where they are given.
     nodules
         Whether the skin has nodules or is flat.
+    sweep, repetitions
+        ``SLOW:FAST`` or ``SLOW:FAST:sine``, mm/s, and how many recordings of each texture (4).
 
     Raises
     ------
@@ -166,6 +213,15 @@ def simulation_of(
     folders = dict.fromkeys(
         texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
     )
+    if repetitions is not None and sweep is None:
+        raise InputError("--repetitions: expected --sweep beside it, found none; leave it out")
+    again = _REPETITIONS if repetitions is None else repetitions
+    require_number("--repetitions", again, 1)
+    swept = None if sweep is None else _sweep_in(sweep, rig.mounting.indentation_mm)
+    if swept is not None:
+        if speeds_mm_s is not None:
+            raise InputError("--speeds: expected none beside --sweep, found some; leave one out")
+        speeds_mm_s = [sum(swept[:2]) / 2]
     speeds = _SPEEDS if speeds_mm_s is None else tuple(dict.fromkeys(speeds_mm_s))
     for option, wanted in (("--textures", folders), ("--speeds", speeds)):
         if not wanted:
@@ -181,6 +237,8 @@ def simulation_of(
         sensor=sensor,
         height_maps=maps,
         conditions={name: value for name, value in asked.items() if value is not None},
+        sweep=swept,
+        repetitions=again if swept else 1,
     )
     _ = made.surfaces  # refuses what is none
     return made
@@ -213,6 +271,24 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     return groups | single
 
 
-def run_name(texture: str, speed_mm_s: float) -> str:
+def _sweep_in(text: str, usual_mm: float) -> tuple[float, float, bool]:
+    """Return slowest and fastest speed, mm/s, and whether the speed is a sinusoid."""
+    found = re.fullmatch(r"(\d+\.?\d*):(\d+\.?\d*)(:sine)?", text)
+    low, high = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
+    if found is None or not 0 < low < high <= FASTEST_MM_S:
+        raise InputError(
+            "--sweep: expected SLOW:FAST or SLOW:FAST:sine, speeds above 0 and up to "
+            f"{FASTEST_MM_S:g} mm/s, the slower first, found '{text}'; give such as 20:80"
+        )
+    if (deepest := 1 + DEEPER + CHANGE) * usual_mm > DEEPEST_MM:
+        raise InputError(
+            f"--indentation: expected at most {DEEPEST_MM / deepest:.2f} mm beside --sweep, which "
+            f"presses up to {deepest:g} times as deep, found {usual_mm:g}; press less deep"
+        )
+    return low, high, found[3] is not None
+
+
+def run_name(run: Run) -> str:
     """Return the name of a run, which is its folder in the session."""
-    return f"{texture}/{speed_mm_s:g}"
+    texture, speed_mm_s, repetition = run
+    return f"{texture}/sweep/{repetition}" if repetition else f"{texture}/{speed_mm_s:g}"

@@ -48,6 +48,10 @@ class SkinResponse(NamedTuple):
         How far the skin is pushed in, (n_frames, n_nodes), mm.
     pressure_mn
         (n_frames, n_nodes), mN.
+    wrench
+        Force on the whole tip and torque about its middle, (n_frames, 6), N and N m. As an arm
+        sees it that slides along its x: x against the drum's way, y down the picture, z from the
+        drum to the skin.
     pressure_rate, shear_rate
         Weighted sums over the nodes at each step: rate of the pressure (mN/s) and of the
         tangential force (mN/s) along the slide, (n_steps,).
@@ -56,6 +60,7 @@ class SkinResponse(NamedTuple):
     displacement_mm: Floats
     inward_mm: Floats
     pressure_mn: Floats
+    wrench: NDArray[np.float64]
     pressure_rate: NDArray[np.float64]
     shear_rate: NDArray[np.float64]
 
@@ -136,7 +141,7 @@ class SkinOnDrum:
         skin, n_frames, n_nodes = self.skin, len(frame_steps), self.skin.n_nodes
         mesh = self._mesh
         form = (N_SIDE, N_SIDE) if mesh is None else (n_nodes,)
-        frames = np.zeros((n_frames, 4, *form), np.float32)
+        frames = np.zeros((n_frames, 6, *form), np.float32)
         sounds = np.zeros((len(motion.slide_mm), 2))
         along, across = self.surface.pitch_mm
         # Positions on the map, from the edge of the lattice's margin on.
@@ -159,12 +164,26 @@ class SkinOnDrum:
             advance(*given, frames, sounds)
         else:
             advance_mesh(*given, mesh.neighbour, mesh.coupling, mesh.push, frames, sounds)
-        flat = frames.reshape(n_frames, 4, n_nodes)
+        flat = frames.reshape(n_frames, 6, n_nodes)
         if mesh is not None:  # what the kernel knows is the pressure of a node of the lattice
-            flat[:, 3] *= mesh.share.astype(np.float32)
+            flat[:, 3:] *= mesh.share.astype(np.float32)
         return SkinResponse(
-            np.moveaxis(flat[:, :2], 1, 2), flat[:, 2], flat[:, 3], sounds[:, 0], sounds[:, 1]
+            np.moveaxis(flat[:, :2], 1, 2),
+            flat[:, 2],
+            flat[:, 3],
+            _wrench(flat[:, 3:], skin.rest_mm()),
+            sounds[:, 0],
+            sounds[:, 1],
         )
+
+
+def _wrench(force_mn: Floats, rest_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Add up pressure and friction along x and y, (n_frames, 3, n_nodes); see `SkinResponse`."""
+    arms = np.column_stack([np.ones(len(rest_mm)), rest_mm]).astype(np.float32)
+    pressed, along, across = np.moveaxis(force_mn @ arms, 1, 0)  # each: sum, and times x, times y
+    force = -along[:, 0], across[:, 0], pressed[:, 0]
+    torque = pressed[:, 2], pressed[:, 1], along[:, 2] - across[:, 1]
+    return np.stack([*force, *torque], axis=1) * ([1e-3] * 3 + [1e-6] * 3)
 
 
 def _constants(skin: Skin, pitch_mm: tuple[float, float], rate_hz: float) -> Constants:

@@ -96,6 +96,10 @@ class Beside:
             )
         return time_s, values
 
+    def rate_hz(self) -> float:
+        """Return how many rows it has a second, in the median; raises as `read` does."""
+        return float(1 / np.median(np.diff(self.read()[0])))
+
     def variable(self, origin_s: float) -> xr.DataArray:
         """Return the numbers as a store keeps them, float32, on the recording's clock.
 

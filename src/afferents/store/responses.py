@@ -10,6 +10,7 @@ variable                  dims                  unit         meaning
 `ra1`                     time, marker          px/frame     RA-I (Eq. 2), first frame NaN
 `ra2`                     audio_time, channel   (as read)    RA-II / vibration
 `drum_position`           drive_time            mm           the drum's way; only where logged
+`speed`                   speed_time            mm/s         where it changes; see `store.motion`
 `force`, `pose`, ...      force_time, ...       (as said)    what else was logged meanwhile
 ========================  ====================  ===========  ==================================
 
@@ -59,7 +60,7 @@ _DIMS: dict[str, tuple[str, ...]] = {
 
 VARIABLES = frozenset({*_DIMS, dims.DRUM_POSITION, dims.FRAME_CHANGE})
 """Names that nothing else may have."""
-_BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,)}
+_BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,), dims.SPEED_SERIES: (dims.SPEED_TIME,)}
 """What may stand beside these, and is no response."""
 _ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7

@@ -19,7 +19,14 @@ from pydantic import BaseModel
 from afferents import dims
 from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import holds_only, remove, require_free, require_same_config, write_aside
+from afferents.files import (
+    first_difference,
+    holds_only,
+    remove,
+    require_free,
+    require_same_config,
+    write_aside,
+)
 from afferents.quality.image import ImageQuality
 from afferents.store.integrity import (
     ROOT,
@@ -67,12 +74,24 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
                 f"{store}: expected responses of this session, found {found}; choose another name"
             )
         if there:  # a store without any is as good as new
+            _require_same_sensor(store, earlier["sensor"], config["sensor"])
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return
     else:
         require_free(store, holds_only())
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
+
+
+def _require_same_sensor(store: Path, earlier: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
+    """Refuse a sensor other than that of the responses there."""
+    if differs := first_difference(earlier, json.loads(json.dumps(asked))):
+        which = f" (another {differs[0]})" if earlier["name"] == asked["name"] else ""
+        raise InputError(
+            f"{store}: expected responses of the sensor asked for, '{asked['name']}', found those "
+            f"of '{earlier['name']}'{which}; choose another name for the store, remove this one, "
+            "or give that sensor"
+        )
 
 
 def create_parents(store: Path, names: Iterable[str]) -> None:

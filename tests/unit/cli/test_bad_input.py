@@ -62,6 +62,27 @@ def test_a_command_that_can_not_go_on(fails, small_session, tmp_path, command, s
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("source", ["one.mcap", "folder", "."])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("extract", "BAG", "OUT"),
+        ("track", "BAG", "OUT"),
+        ("inspect", "BAG", "--out", "OUT"),
+        ("evaluate", "BAG", "--out", "OUT"),
+    ],
+)
+def test_a_bag_is_to_be_imported(fails, tmp_path, command, source):
+    bags = tmp_path / "bags"
+    (bags / "folder").mkdir(parents=True)
+    (bags / "folder/metadata.yaml").touch()
+    (bags / "one.mcap").touch()
+    sentence = fails(*({"BAG": bags / source, "OUT": tmp_path / "out"}.get(w, w) for w in command))
+    named = bags / ("folder" if source == "." else source)
+    assert f"found a bag of ROS ({named.name}); 'afferents import {named} --session" in sentence
+    assert [path.name for path in tmp_path.iterdir()] == ["bags"]
+
+
 PUBLISHED = ("--models", "ridge-te", "--window-s", "0.5", "--protocol", "published")
 
 

@@ -143,7 +143,20 @@ def test_a_failed_extraction_does_not_block_the_next(lab, fails, run, does, othe
     does(*command, "--sensor", "tip_b", *ALONE)
     assert len(afferents.open_responses(tmp_path / "s.zarr")) == 2
     another = fails(*command, "--sensor", other_sensor, *ALONE)
-    assert "found responses of another" in another
+    assert "asked for, 'tip_b', found those of 'tip_b' (another columns); choose another" in another
+
+
+@pytest.mark.parametrize("command", ["extract", "track"])
+def test_where_nothing_names_a_sensor_the_default_is_said(command, lab, run, fails, tmp_path):
+    root, said = lab(PATTERN), "No sensor is named, so the markers are taken to be those of the"
+    code, _, err = run(command, root, tmp_path / "s.zarr", *ALONE)
+    assert (code, err.count(said), err.count("'tip_b'"), err.count("calibrate")) == (0, 1, 1, 1)
+    mine = tmp_path / "mine.toml"
+    mine.write_text(TIP_B.replace('name = "tip_b"', 'name = "mine"'))
+    sentence = fails(command, root, tmp_path / "s.zarr", "--sensor", mine, *ALONE)
+    assert "of the sensor asked for, 'mine', found those of 'tip_b'; choose another" in sentence
+    _, _, err = run(command, root, tmp_path / "t.zarr", "--sensor", mine, *ALONE)
+    assert said not in err
 
 
 def test_two_sensors_in_one_session(lab, does, fails, other_sensor, tmp_path):

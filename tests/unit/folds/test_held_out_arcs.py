@@ -118,7 +118,7 @@ ONE = [recording("1/50", 50)]
         ),
         (
             lambda: ANGLE.labelled(samples_of(ONE).isel(sample=slice(0, 40)), ONE),
-            "every texture in every arc, found none of 1 in arc 3",
+            "every texture in every group, found none of 1 in arc 3",
         ),
         (lambda: split_named("angle-1").groups_of([]), "2 to 99 arcs, found 'angle-1'"),
     ],

@@ -46,13 +46,17 @@ def test_a_signal_of_few_samples_in_ten_seconds_is_drawn(tmp_path):
     assert draw_vibration(signal, "slow", tmp_path).is_file()
 
 
-def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
+def test_recordings_too_short_for_the_published_cut_are_said(look, sounds, tmp_path):
     (sentence,) = [line for line in look(sounds).sentences if "too short" in line]
     expected = (
         "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published', which "
         "is only for comparison with the paper."
     )
     assert sentence == expected
+    listed = shutil.copytree(sounds, tmp_path / "listed")
+    (listed / "session.json").unlink()
+    (listed / "session.toml").write_text('pattern = "{texture}/{speed}/audio.wav"')
+    assert not [line for line in look(listed).sentences if "too short" in line]
     enough = {"video": {"n_frames": 5510}, "vibration": {"duration_s": 60.0}}
     short = {"video": {"n_frames": 5509}, "vibration": None}
     assert too_short_sentences([enough]) == []

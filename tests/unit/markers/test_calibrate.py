@@ -6,6 +6,7 @@ import pytest
 
 from afferents import dims
 from afferents.errors import InputError
+from afferents.inspection.calibrate import describe
 from afferents.markers.calibrate import calibrate_from_clips, sensor_toml
 from afferents.markers.sensor import Picture, load_sensor
 from afferents.markers.track import track_markers
@@ -191,3 +192,28 @@ def test_masks_stand_in_the_sensor_file(draw, video, rings, tmp_path):
     assert written(found, tmp_path) == found.sensor
     assert found.sensor.picture == picture
     assert "[picture]\nkeep = [160.0, 120.0, 100.5]\n" in (tmp_path / "mine.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("picture", "sentences"),
+    [
+        (Picture(keep=(160, 120, 60)), ["--keep 160,120,60 cuts through 12 dots: move its edge"]),
+        (Picture(hide=((160, 114, 3),)), ["--hide 160,114,3 cuts through 1 dot: move its edge"]),
+        (Picture(keep=(160, 120, 70), hide=((160, 120, 5),)), []),
+    ],
+)
+def test_circles_that_cut_through_dots_are_said(picture, sentences, draw, video, rings):
+    found = calibrate_from_clips(video([draw(rings)] * 9), "mine", picture=picture)
+    said = [line.partition(", so")[0] for line in describe(found) if "cuts through" in line]
+    assert said == sentences
+
+
+def test_fields_of_dots_apart_from_one_another_are_said(draw, video, grid):
+    def said(dots):
+        found = calibrate_from_clips(video([draw(dots)] * 9), "mine")
+        return [line for line in describe(found) if "fields" in line]
+
+    mirrors = grid[grid[:, 0] != 50 + 4 * 28]
+    (sentence,) = said(mirrors)
+    assert sentence.startswith("The picture shows 2 fields of dots apart from one another, of 24 ")
+    assert said(np.concatenate([grid, [[4, 4], [4, 30], [30, 4]]])) == []

@@ -43,13 +43,13 @@ def test_a_number_that_leaps_makes_no_list_without_end():
     assert not check_frames(counts, Tolerance())[0].passes
 
 
-def speed_of(speeds, fault=None):
+def speed_of(speeds, fault=None, plan=PLAN):
     """What a gate says of readings, 50 a second, from the start of the run."""
     steps = np.arange(len(speeds)) / 50 + PLAN.steady_s[0]
     rows = [DriveRow(t, math.nan, v, 60.0, None) for t, v in zip(steps, speeds, strict=True)]
     if fault:
         rows[-1] = rows[-1]._replace(fault=fault)
-    return check_speed(Log(0.0, drive=rows), PLAN, 60.0)
+    return check_speed(Log(0.0, drive=rows), plan, 60.0)
 
 
 def test_a_speed_passes_only_where_all_readings_or_none_know_it():
@@ -61,6 +61,14 @@ def test_a_speed_passes_only_where_all_readings_or_none_know_it():
     assert (one.passes, one.found) == (False, "known in 1 of 250 readings")
     assert speed_of([60.0] * 249 + [math.inf]).found == "known in 249 of 250 readings"
     assert speed_of([]).found == "known in 0 of 0 readings"
+
+
+def test_a_sweep_need_not_hold_its_speed_but_must_move():
+    plan = PLAN.model_copy(update={"speeds_mm_s": (40.0, 80.0), "sweep": True})
+    swept = speed_of(list(np.linspace(40, 80, 250)), plan=plan)
+    assert (swept.passes, swept.found) == (True, "60.00 mm/s on average, 40.00 to 80.00")
+    assert not speed_of([0.1] * 250, plan=plan).passes
+    assert not speed_of([200.0] * 250, plan=plan).passes
 
 
 def test_a_fault_in_the_log_refuses_the_run():

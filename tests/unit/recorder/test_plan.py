@@ -41,6 +41,15 @@ def test_the_order_is_the_seeds(tmp_path):
     assert len({tuple(order) for order in orders.values()}) == 4
 
 
+def test_a_sweep_is_recorded_so_often_in_all_and_its_runs_name_no_speed(tmp_path):
+    plan = plan_of(tmp_path, f"sweep = true\n{PLAN}")
+    assert {e.name for e in plan.entries() if e.texture == "4"} == {"4/sweep/1", "4/sweep/2"}
+    assert {entry.speed_mm_s for entry in plan.entries()} == {30.0}
+    with pytest.raises(InputError, match="with sweep, two speeds_mm_s"):
+        plan_of(tmp_path, f"sweep = true\n{PLAN}".replace("[20, 40]", "[20]"))
+    assert "sweep" not in plan_of(tmp_path).model_dump()  # so earlier sessions go on
+
+
 def test_the_example_is_a_plan(tmp_path):
     assert plan_of(tmp_path, EXAMPLE).total_s == 6.5
 

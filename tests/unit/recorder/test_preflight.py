@@ -6,7 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afferents.devices.base import Block, CameraSettings, DriveState, Frame, MicrophoneSettings
+from afferents.devices.base import (
+    Block,
+    CameraSettings,
+    DriveLimits,
+    DriveState,
+    Frame,
+    MicrophoneSettings,
+)
 from afferents.recorder.plan import Plan
 from afferents.recorder.preflight import check_rate, check_sound, check_speeds
 
@@ -78,6 +85,8 @@ class Clock:
 class Motor:
     """Gets faster and slower by 60 mm/s in a second."""
 
+    limits = DriveLimits(1.0, 200.0)
+
     def __init__(self, clock):
         self.clock, self.aim_mm_s, self.speed_mm_s, self.seen_s = clock, 0.0, 0.0, 0.0
 
@@ -123,10 +132,21 @@ def test_a_drive_that_answers_once_or_wrongly_is_refused(answers, found):
         return DriveState(clock.now(), None, speed, fault)
 
     drive = SimpleNamespace(start=lambda speed: None, stop=lambda: None, read=read)
+    drive.limits = DriveLimits(1.0, 200.0)
     devices = SimpleNamespace(clock=clock, drive=drive)
     (check,) = check_speeds(devices, planned().model_copy(update={"speeds_mm_s": (60,)}))
     assert check.found.endswith(found)
     assert check.passes == found.startswith("unknown")
+
+
+def test_an_arm_that_another_program_moves_need_not_reach_a_speed():
+    clock = Clock()
+    drive = SimpleNamespace(start=lambda speed: None, stop=lambda: None)
+    drive.read, drive.limits = lambda: DriveState(0.0, 0.0, 35.0, None), DriveLimits(0.0, math.inf)
+    devices, begun_s = SimpleNamespace(clock=clock, drive=drive), clock.now()
+    (check,) = check_speeds(devices, planned().model_copy(update={"speeds_mm_s": (60,)}))
+    assert (check.passes, check.found) == (True, "not tried: it reads 35.00 mm/s now")
+    assert clock.now() - begun_s < 0.1
 
 
 def test_a_camera_whose_frames_have_one_number_is_refused():

@@ -4,8 +4,11 @@ import json
 import os
 import select
 import shutil
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,6 +17,7 @@ import soundfile
 
 import afferents
 from afferents.devices import ByHand, MicrophoneSettings
+from afferents.devices.drives import growing
 from afferents.errors import InputError
 from afferents.folds.held_out import split_named
 from afferents.markers.sensor import load_sensor
@@ -405,6 +409,48 @@ def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
     assert asked[0] == "change the drum to 4, then press enter"
     assert len(asked) == 3
     assert "turn it at 60 mm/s until 2 s are over" in asked[1]
+
+
+def test_an_arm_that_another_program_moves_is_recorded_as_a_sweep(tmp_path, monkeypatch):
+    path, log = tmp_path / "PLAN.toml", tmp_path / "arm.csv"
+    swept = PLAN.replace("[60]", "[20, 80]\nsweep = true").replace("drum_mm = 80", "drum_mm = 1000")
+    path.write_text(swept.format(redo=0))
+    plan = read_plan(path)
+    bench = Bench(Rig(), plan, speed=4)
+    now, over = bench.clock.now, threading.Event()
+    monkeypatch.setattr(growing, "time", SimpleNamespace(monotonic=now, sleep=time.sleep))
+
+    class Arm(growing.GrowingLog):
+        def start(self, speed_mm_s):
+            bench.set_mm_s = speed_mm_s  # so that there is something to hear
+
+    def write():
+        with log.open("w", buffering=1) as file:
+            file.write("timestamp,position_mm\n")
+            while not over.wait(0.002):
+                t = now()
+                file.write(f"{t:.4f},{50 * t + 10 * np.sin(3 * t):.4f}\n")
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    while not log.is_file() or log.stat().st_size < 100:
+        assert writer.is_alive()
+    arm = Arm(growing.GrowingLogOptions(path=log))
+    devices = replace(simulate_devices(plan, path, bench), drive=arm)
+    recorder = Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)
+    outcome = made(recorder, tmp_path / "S")
+    over.set()
+    writer.join()
+    assert (outcome.recorded, outcome.attempts_aside) == (["4/sweep/1"], [])
+    (recording,) = read_session(tmp_path / "S").recordings
+    assert (recording.name, recording.speed_mm_s) == ("4/sweep/1", None)
+    assert recording.steady_s == plan.steady_s
+    said = json.loads((tmp_path / "S/session.json").read_text())
+    assert said["drive"] == {"lowest_mm_s": 0.0, "highest_mm_s": None}  # it is no motor
+    way = logged_path(recording.source)
+    speed = np.diff(way.at(np.array([0.5, 1.0, 1.5]))) / 0.5
+    assert ((speed > 15) & (speed < 85)).all()
+    assert recorder.record(tmp_path / "S", Progress(quiet=True)).recorded == []  # it goes on
 
 
 def test_a_full_disk_is_one_sentence_and_what_there_is_is_kept(begin, bench, tmp_path):

@@ -203,8 +203,8 @@ def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
 def test_arcs_are_parts_of_the_same_recordings(summary):
     summary |= {"split": "angle-3", "groups": ["1", "2", "3"], "speeds_mm_s": [], "models": {}}
     assert what_was_asked(S(summary)).startswith(
-        "The drum of each of 3 textures was divided into 3 arcs. Each in turn was held out: a "
-        "model learnt from the parts of recordings in the others, and then had"
+        "The drum of each of 3 textures was divided into 3 arcs of the drum. Each in turn was "
+        "held out: a model learnt from the parts of recordings in the others, and then had"
     )
 
 

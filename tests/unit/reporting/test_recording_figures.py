@@ -21,6 +21,20 @@ def test_markers_are_drawn_where_they_are_and_lost_ones_apart():
     assert bottom > top
 
 
+@pytest.mark.parametrize("apart_px", [15, 120])
+def test_rings_round_markers_stand_apart_and_round_them_in_any_picture(apart_px, tmp_path):
+    x, y = np.meshgrid(np.arange(6), np.arange(6))
+    position = 300 + apart_px * np.stack([x.ravel(), y.ravel()], axis=1).astype(float)
+    seen = np.ones(36, dtype=bool)
+    figure = markers_figure(np.zeros((1080, 1920), np.uint8), position, seen, "a.avi")
+    save_figure(figure, tmp_path / "markers.png")
+    (rings,) = figure.axes[0].collections
+    apart_dots = np.diff(figure.axes[0].transData.transform(position[:2])[:, 0])[0]
+    ring_dots = rings.get_sizes()[0] ** 0.5 * figure.dpi / 72
+    assert 0.6 * apart_dots < ring_dots < 0.8 * apart_dots
+    assert ring_dots > 4 * rings.get_linewidths()[0] * figure.dpi / 72
+
+
 def test_responses_show_the_mean_over_markers_that_are_there(tmp_path):
     time = np.arange(4) / 10
     values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan], [4.0, 4.0]])

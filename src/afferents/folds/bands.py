@@ -1,0 +1,198 @@
+"""Hold out a band of speed or of force, where they change within recordings.
+
+A sample is of the band in which all of its moments lie. One that crosses from a band into another
+is of none: it is neither learnt from nor tested, so what is tested has no moment in a band that was
+learnt from.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError
+from afferents.folds.held_out import OPTION, Group, Split, key_of, require_everywhere
+from afferents.store.motion import Series, force_along, length_s, speed_along
+from afferents.store.responses import Responses, speed_of, steady_s
+
+UNITS = {"speed": " mm/s", "force": " N"}
+NAME = re.compile(r"(speed|force)(-in-\d+|(-\d+(\.\d+)?)+)")
+_MOST = 99
+_STEP_S = 0.02
+"""Between moments that quantiles are taken over."""
+_DIGITS = 3
+
+
+class ByBand(Split):
+    """By bands, named with their edges: `speed-20-40-60`, or `force-in-4` for four quantiles.
+
+    Bands reach from an edge to the next; the first begins at 0, the last has no end. A group is
+    named by the lower edge of its band. Quantiles are of all moments of the steady parts.
+    """
+
+    whole = False
+
+    @property
+    def of_what(self) -> str:
+        """What bands are of: speed or force."""
+        return self.name.partition("-")[0]
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """Of the edges."""
+        return UNITS[self.of_what]
+
+    @property
+    def one(self) -> str:
+        """Return `a band of speed`."""
+        return f"a band of {self.of_what}"
+
+    @property
+    def many(self) -> str:
+        """Return `bands of speed`."""
+        return f"bands of {self.of_what}"
+
+    @property
+    def axis(self) -> str:
+        """Return what groups are named by."""
+        return f"band of {self.of_what}, from ({self.unit.strip()})"
+
+    @property
+    def divided(self) -> str:  # type: ignore[override]
+        """Return what is divided, in words."""
+        return f"The {self.of_what} in recordings of each"
+
+    def at(self, groups: Sequence[Group]) -> str:
+        """Return `in the bands of speed from 20, 40 mm/s`."""
+        return f"in the bands of {self.of_what} from {', '.join(map(key_of, groups))}{self.unit}"
+
+    def printed(self, group: Group) -> str:
+        """Return `speed 20 to 40 mm/s`, or where the edges are not known yet its lower one."""
+        later = [edge for edge in self._given if edge > float(group)]
+        end = f" to {later[0]:g}{self.unit}" if later else f"{self.unit} and more"
+        return f"{self.of_what} {key_of(group)}{end if self._given else self.unit + ' on'}"
+
+    @cached_property
+    def _given(self) -> tuple[float, ...]:
+        """The edges that the name says; none of quantiles."""
+        _, *edges = self.name.split("-")
+        return () if edges[0] == "in" else tuple(map(float, edges))
+
+    def edges(self, recordings: Iterable[Responses]) -> NDArray[np.float64]:
+        """Return the edges between bands, ascending, in the unit.
+
+        Raises
+        ------
+        InputError
+            If edges do not rise, or there are fewer than two bands or more than `_MOST`.
+        """
+        edges = np.array(self._given)
+        if not len(edges):
+            n = int(self.name.rpartition("-")[2])
+            if not 2 <= n <= _MOST:
+                raise InputError(f"--bands: expected 2 to {_MOST} bands, or their edges, found {n}")
+            moments = np.concatenate([self._moments(one) for one in recordings])
+            edges = np.quantile(moments, np.arange(1, n) / n)
+            edges = np.array([float(f"{edge:.{_DIGITS}g}") for edge in edges])
+        if (edges <= 0).any() or (np.diff(edges) <= 0).any():
+            found = ", ".join(f"{edge:g}" for edge in edges)
+            raise InputError(f"--bands: expected edges above 0 that rise, found {found}")
+        return edges
+
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        """Return the bands in which recordings have moments, by their lower edges.
+
+        Raises
+        ------
+        InputError
+            If a recording does not say how its speed, or the force, went.
+        """
+        there = list(recordings)
+        edges = self.edges(there)
+        found = {
+            n for one in there for n in np.searchsorted(edges, self._moments(one), side="right")
+        }
+        return [self._name(n, edges) for n in sorted(found)]
+
+    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
+        """Return no group for any: a recording may go through all bands."""
+        return {str(responses.attrs["name"]): "" for responses in recordings}
+
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        """Return the samples that lie in one band, with its lower edge.
+
+        Raises
+        ------
+        InputError
+            If no sample of a recording fits into a band, or a texture has none in some band.
+        """
+        there = list(recordings)
+        edges, names = self.edges(there), samples[dims.RECORDING].values.astype(np.str_)
+        bands = np.full(len(samples), -1)
+        for responses in there:
+            its = np.flatnonzero(names == str(responses.attrs["name"]))
+            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in _EXTENT)
+            _, low, high = self._series(responses).over(start, stop)
+            first, last = (np.searchsorted(edges, ends, side="right") for ends in (low, high))
+            bands[its] = np.where((first == last) & np.isfinite(low), first, -1)
+        if (bands == -1).all():
+            raise InputError(
+                f"{OPTION}: expected samples that stay within a band of {self.of_what}, found none "
+                f"of {len(samples)}; take shorter windows (--window-s, --frames) or wider bands"
+            )
+        found = np.array([self._name(n, edges) for n in np.maximum(bands, 0)], dtype=np.str_)
+        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, found)})
+        kept = whole.isel({dims.SAMPLE: np.flatnonzero(bands != -1)})
+        require_everywhere(self, kept, self.groups_of(there), "wider bands (--bands)")
+        return kept
+
+    def _name(self, n: int, edges: NDArray[np.float64]) -> str:
+        return f"{edges[n - 1]:g}" if n else "0"
+
+    def _moments(self, responses: Responses) -> NDArray[np.float64]:
+        """Return the values of a recording's steady part at regular moments."""
+        series = self._series(responses)
+        start, stop = steady_s(responses) or (0.0, length_s(responses))
+        values = series.at(np.arange(max(start, series.time_s[0]), stop, _STEP_S))
+        return values[np.isfinite(values)]
+
+    def _series(self, responses: Responses) -> Series:
+        if self.of_what == "force":
+            found, do = force_along(responses), "keep a log of force beside it"
+        else:
+            found, do = speed_along(responses), "say its speed_mm_s, or keep a log of it beside it"
+            if found is None and (speed := speed_of(responses)) is not None:
+                found = Series(np.array([0.0, 1e6]), np.array([speed, speed]))
+        if found is None:
+            raise InputError(
+                f"{OPTION}: expected the {self.of_what} of every recording, found none of "
+                f"{responses.attrs['name']}; {do}, and extract again"
+            )
+        return found
+
+
+_EXTENT = (dims.START, dims.STOP)
+
+
+def name_of(split: str, bands: str) -> str:
+    """Return the name of the split by bands that `--split` and `--bands` ask for.
+
+    Raises
+    ------
+    InputError
+        If bands are neither edges nor how many, or of what has none.
+    """
+    if split not in UNITS:
+        raise InputError(f"--bands: expected --split speed or --split force, found '{split}'")
+    if re.fullmatch(r"\d+", bands):
+        return f"{split}-in-{bands}"
+    parts = [part.strip() for part in bands.split(",")]
+    if not all(re.fullmatch(r"\d+(\.\d+)?", part) for part in parts):
+        raise InputError(
+            f"--bands: expected edges such as 20,40,60, or how many bands, found '{bands}'"
+        )
+    return "-".join([split, *parts])
