@@ -19,6 +19,12 @@ def change(response: xr.DataArray) -> xr.DataArray:
     return response - response.shift({dims.TIME: 1})
 
 
+NO_DISPLACEMENT = (
+    "the channel: expected markers, which have a displacement, found cells, which have none; take "
+    "sa1 or ra1"
+)
+
+
 # What a channel is: an afferent response worked out of a recording, or of frames as they come.
 
 
@@ -34,21 +40,39 @@ class Skin:
         Shape (marker, space).
     kept
         Numbers that displacements are of; of float32, as a store keeps them.
+    grey
+        Of cells, which never move, in place of distances: shape (..., marker), grey levels.
     """
 
     position: NDArray[np.floating]
     rest: NDArray[np.floating]
     kept: DTypeLike = np.float32
+    grey: NDArray[np.floating] | None = None
 
     @cached_property
     def distance(self) -> NDArray[np.floating]:
-        """How far each marker stands from rest, (..., marker), px."""
+        """How far each marker stands from rest, (..., marker), px; of cells grey levels."""
+        if self.grey is not None:
+            return self.grey
         squared = (self.position - self.rest) ** 2
         return np.asarray(np.sqrt(squared[..., 0] + squared[..., 1]))
 
+    @property
+    def unit(self) -> str:
+        """Of SA-I."""
+        return dims.PIXELS if self.grey is None else dims.GREY_LEVELS
+
     @cached_property
     def displacement(self) -> NDArray[np.floating]:
-        """The displacement of each marker from rest, (..., marker, space), px."""
+        """The displacement of each marker from rest, (..., marker, space), px.
+
+        Raises
+        ------
+        InputError
+            If these are cells, which have none.
+        """
+        if self.grey is not None:
+            raise InputError(NO_DISPLACEMENT)
         position, rest = (one.astype(self.kept, copy=False) for one in (self.position, self.rest))
         return np.asarray(position - rest)
 
@@ -179,8 +203,10 @@ class MotionChannel(Channel):
         Raises
         ------
         InputError
-            If a dim is missing.
+            If a dim is missing, or the recording is of cells.
         """
+        if dims.of_cells(recording):
+            raise InputError(NO_DISPLACEMENT)
         of_frames, of_rest = (dims.TIME, dims.MARKER, dims.SPACE), (dims.MARKER, dims.SPACE)
         position = dims.require(recording[dims.POSITION], of_frames, dims.POSITION)
         rest = dims.require(recording[dims.REST_POSITION], of_rest, dims.REST_POSITION)
@@ -205,7 +231,7 @@ class MotionChannel(Channel):
 
 
 class Sa1(Channel):
-    """SA-I: how far each marker stands from its place at rest, px."""
+    """SA-I: how far each marker stands from its place at rest, px; of cells grey levels."""
 
     name, title, made_of = dims.SA1, "SA-I", dims.SA1
 
@@ -246,6 +272,13 @@ def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
     return distance.rename(dims.SA1).assign_attrs(
         {dims.UNITS: dims.PIXELS, "long_name": "SA-I, displacement of the marker from rest"}
     )
+
+
+def sa1_of(tracks: xr.Dataset) -> xr.DataArray:
+    """Return SA-I `(time, marker)` of tracks, px; of cells, which don't move, in grey levels."""
+    if dims.of_cells(tracks):
+        return tracks[dims.SA1]
+    return sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
 
 
 def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
@@ -421,13 +454,14 @@ def ra1(sa1: xr.DataArray) -> xr.DataArray:
     Parameters
     ----------
     sa1
-        `(time, marker)`, px, one row a frame of the video; NaN where a marker was lost.
+        `(time, marker)`, px (of cells grey levels), one row a frame of the video; NaN where a
+        marker was lost.
 
     Returns
     -------
     xarray.DataArray
-        `ra1` `(time, marker)`, px/frame, never negative. The first frame is NaN, for nothing
-        comes before it (the published code takes SA itself there); so is a frame in which,
+        `ra1` `(time, marker)`, in that unit a frame, never negative. The first frame is NaN, for
+        nothing comes before it (the published code takes SA itself there); so is a frame in which,
         or before which, the marker was lost.
 
     Raises
@@ -436,9 +470,10 @@ def ra1(sa1: xr.DataArray) -> xr.DataArray:
         If a dim is missing.
     """
     response = dims.require(sa1, (dims.TIME, dims.MARKER), dims.SA1)
+    unit = response.attrs.get(dims.UNITS, dims.PIXELS)
     changed: xr.DataArray = abs(change(response))
     return changed.rename(dims.RA1).assign_attrs(
-        {dims.UNITS: dims.PIXELS_PER_FRAME, "long_name": "RA-I, change of SA-I in one frame"}
+        {dims.UNITS: f"{unit}/frame", "long_name": "RA-I, change of SA-I in one frame"}
     )
 
 

@@ -22,8 +22,8 @@ Rest = Literal["own", "reference"]
 """Where SA-I counts from: each recording's own rest frame, or the reference clip's."""
 Statistics = Literal["warmed-up", "keras"]
 """Running statistics of batch normalisation: plain averages first, or from 0 and 1 as in Keras."""
-Layout = Literal["square", "hexagonal", "radial", "free"]
-"""How markers are arranged."""
+Layout = Literal["square", "hexagonal", "radial", "free", "cells"]
+"""How markers are arranged, or that there are none and cells of the picture stand for them."""
 Size = Literal["quick", "paper"]
 """Of a simulated session."""
 Remount = Literal["session", "drum", "run"]

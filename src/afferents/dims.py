@@ -97,9 +97,19 @@ UNITS: Final = "units"
 SAMPLE_RATE: Final = "sample_rate_hz"
 PIXELS: Final = "px"
 PIXELS_PER_FRAME: Final = "px/frame"
+CELLS: Final = "cells"
+"""Layout of fingertips without markers; and attribute of samples, which are of cells where it is
+True."""
+GREY_LEVELS: Final = "grey levels"
+"""Of SA-I of fingertips without markers, 0 to 255; see `markers.cells`."""
 PIXELS_PER_SECOND: Final = "px/s"
 SECONDS: Final = "s"
 HERTZ: Final = "Hz"
+
+
+def of_cells(responses: "xr.Dataset") -> bool:
+    """Tell whether responses are of cells, in grey levels, and not of markers, in px."""
+    return SA1 in responses and responses[SA1].attrs.get(UNITS) == GREY_LEVELS
 
 
 def require(array: "xr.DataArray", needed: tuple[str, ...], name: str) -> "xr.DataArray":

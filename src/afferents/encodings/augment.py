@@ -130,7 +130,7 @@ _GAP = 0.5
 
 def grows_with_speed(samples: xr.DataArray) -> bool:
     """Tell whether samples are of a response that counts per frame, as RA-I does."""
-    return samples.attrs.get(dims.UNITS) == dims.PIXELS_PER_FRAME
+    return str(samples.attrs.get(dims.UNITS)).endswith("/frame")
 
 
 def faster_images(

@@ -189,8 +189,10 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
     Raises
     ------
     InputError
-        Naming two recordings of the same files or the same values, or both names.
+        Naming two recordings of the same files or the same values, or both names; or one of cells
+        among others of markers.
     """
+    _require_one_unit(recordings)
     seen: dict[str, str] = {}
     for responses in recordings:
         name = str(responses.attrs["name"])
@@ -205,9 +207,20 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
 
+def _require_one_unit(recordings: Sequence[Responses]) -> None:
+    """Refuse to mix markers with cells: px and grey levels are not to be compared."""
+    of = {dims.of_cells(one): one for one in recordings if dims.SA1 in one}
+    if len(of) > 1:
+        raise InputError(
+            f"DATA: expected SA-I in one unit, found px in {of[False].attrs['name']} and grey "
+            f"levels, of cells, in {of[True].attrs['name']}; evaluate them apart"
+        )
+
+
 def _what_tells(responses: Responses) -> dict[str, str]:
     """Return what no other recording has: the checksum of its files, the digests of its arrays."""
-    there = [name for name in (dims.POSITION, dims.RA2) if name in responses]
+    felt = dims.SA1 if dims.of_cells(responses) else dims.POSITION  # cells never move
+    there = [name for name in (felt, dims.RA2) if name in responses]
     digests = {"checksum": responses.attrs.get("checksum")}
     digests |= {name: values_digest(responses, name) for name in there}
     return {name: digest for name, digest in digests.items() if digest}

@@ -20,7 +20,7 @@ from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
-from afferents.models.model import BEST, MODELS, Model, own_of
+from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
 from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
@@ -73,8 +73,11 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> str:
     needed = f"{' and '.join(source.channel.name for source in sources)} in the form it needs"
     if between_channels:
         needed = "several vibration channels to measure the speed between"
+    moved = [source.channel.name for source in sources if source.channel.made_of == dims.POSITION]
     for responses in recordings:
         name = responses.attrs["name"]
+        if moved and dims.of_cells(responses):
+            return f"{name} lacks {moved[0]}: cells have no displacement"
         if _learns_speeds(model) and not has_speed(responses):
             return f"{name} lacks a speed"
         if not all(has(responses, source) for source in sources) or (
@@ -201,7 +204,8 @@ def best_of(recordings: Sequence[Responses]) -> Model:
 
 def recommended(recordings: Sequence[Responses]) -> str:
     """Return the name of the first of `BEST` that recordings support; empty where they do none."""
-    return next((name for name in BEST if not lacking(MODELS[name], recordings)), "")
+    able = (*BEST, OF_CELLS) if any(map(dims.of_cells, recordings)) else BEST
+    return next((name for name in able if not lacking(MODELS[name], recordings)), "")
 
 
 def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:

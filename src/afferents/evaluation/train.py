@@ -501,4 +501,5 @@ def samples(
         require_speeds_known([asked], encodings, recordings)
         found = what.labelled(encode_all(recordings, source, cut, progress), recordings)
         found = found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})
-        return found.assign_attrs({dims.CHANNEL: source.channel.name})
+        of_cells = {dims.CELLS: True} if any(map(dims.of_cells, recordings)) else {}
+        return found.assign_attrs({dims.CHANNEL: source.channel.name, **of_cells})

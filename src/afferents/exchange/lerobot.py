@@ -100,7 +100,9 @@ def export_lerobot(
     import_extra("parquet", "export-lerobot", "pyarrow")
     store, out = Path(store), Path(out)
     require_free(out, holds_only())
-    recordings = [one for one in open_whole(store) if dims.POSITION in one]
+    recordings = [
+        one for one in open_whole(store) if dims.POSITION in one and not dims.of_cells(one)
+    ]
     if not recordings:
         raise InputError(f"{store}: expected recordings with markers, found none")
     videos = {} if session is None else _videos(Path(session), recordings)

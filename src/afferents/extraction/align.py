@@ -218,6 +218,11 @@ def align(
         If a recording lacks video or audio, or shows no touch whose sound is that of the skin.
     """
     given = sensor_in(sensor)
+    if given.layout == dims.CELLS:
+        raise InputError(
+            f"--sensor: expected one with markers, since the sound goes by their way, found "
+            f"'{given.name}' of cells; give live the offset by hand"
+        )
     with Progress(quiet) as progress:
         folders = progress.track(recordings, "aligning", len(recordings))
         found = [_offset(folder, given) for folder in folders]

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from afferents import dims
-from afferents.channels import ra1, ra2, sa1
+from afferents.channels import ra1, ra2, sa1_of
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
 from afferents.extraction.clocks import describe, measure_clocks, with_clocks
@@ -380,7 +380,7 @@ def responses_of(
 def marker_responses(tracks: xr.Dataset, sensor: Sensor | None = None) -> xr.Dataset:
     """Add SA-I and RA-I to marker tracks, everything in float32, upright and undistorted."""
     tracks = tracks if sensor is None else upright_tracks(tracks, sensor)
-    slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
+    slow = sa1_of(tracks)
     responses = tracks.assign({dims.SA1: slow, dims.RA1: ra1(slow)})
     real = [name for name in responses.data_vars if responses[name].dtype.kind == "f"]
     return responses.assign({name: responses[name].astype("float32") for name in real})

@@ -53,6 +53,9 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
         return list(recordings)
     if control == "permuted":
         return _permuted(recordings, split)
+    if any(map(dims.of_cells, recordings)):
+        expected = "sound or markers, whose ways can be changed"
+        raise InputError(f"--control {control}: expected {expected}, found cells; take 'permuted'")
     each = [_Series(responses) for responses in recordings]
     usual = {
         name: float(np.median([one.spread[name] for one in each if name in one.spread]))

@@ -193,7 +193,7 @@ def corrupted(responses: Responses, of_vibration: bool, corruption: Corruption) 
         whole = read_whole(responses, dims.RA2)
         noisy = corruption.with_noise(whole.values, name)
         return responses.assign({dims.RA2: of_no_digest(whole.copy(data=noisy))})
-    if dims.POSITION not in responses:
+    if dims.POSITION not in responses or dims.of_cells(responses):
         expected = "recordings with the positions of markers"
         raise InputError(
             f"--disturb: expected {expected}, found none in {name}; disturb the sound alone"

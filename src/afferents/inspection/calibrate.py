@@ -114,26 +114,26 @@ def _circle(flag: str, text: str) -> tuple[float, ...]:
 def describe(found: Calibration) -> list[str]:
     """Say what was found, to be checked against the picture."""
     sensor, layout, picture = found.sensor, found.found, found.picture
-    shade = "bright" if sensor.detector.blob_colour else "dark"
+    shade = "bright" if sensor.looks.blob_colour else "dark"
     size = f", {sensor.rows} x {sensor.columns}" if sensor.rows else ""
     roll = f", rolled by {layout.roll_deg:.1f} deg" if layout.roll_deg == layout.roll_deg else ""
     scale, mm = "", ""
     if sensor.pitch_mm:
         px_per_mm = layout.spacing_px / sensor.pitch_mm
         scale = f" ({px_per_mm:.1f} px a mm)"
-        if isinstance(sensor.detector, DiscDetector):
-            mm = f" ({sensor.detector.radius_px / px_per_mm:.2f} mm)"
+        if isinstance(sensor.looks, DiscDetector):
+            mm = f" ({sensor.looks.radius_px / px_per_mm:.2f} mm)"
     n = len(found.clips)
     clips = f" that at least half of {n} clips show" if n > 1 else ""
     missing = (sensor.n_markers or 0) - len(found.position)
     masked = " where keep and hide leave the picture" if sensor.picture.masks else ""
     return [
-        f"{len(found.position)} {shade} markers{masked}{clips}, {looks(sensor.detector)}{mm}, "
+        f"{len(found.position)} {shade} markers{masked}{clips}, {looks(sensor.looks)}{mm}, "
         f"{layout.spacing_px:.1f} px apart{scale}.",
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
         f"{picture.edge_px:.1f} px wide.",
-        *_shine(sensor.detector),
+        *_shine(sensor.looks),
         *_cut(found),
         *_fields(found),
         *_suspects(found),

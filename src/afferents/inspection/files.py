@@ -74,7 +74,7 @@ def inspect_video(
     for issue in issues:
         slides = " This is so only if the drum slides here." if issue.is_refused else ""
         found.sentences.append(issue.sentence + slides)
-    quality = asdict(measure_quality(tracks))
+    quality = {} if dims.of_cells(tracks) else asdict(measure_quality(tracks))
     found.facts |= {name: None if value != value else value for name, value in quality.items()}
     found.facts |= {"issues": {issue.kind: issue.found for issue in issues}}
     found.facts["stalls_s"] = footage.figures.stalls.spans

@@ -13,18 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import CHANNELS, Skin
+from afferents.channels import CHANNELS, NO_DISPLACEMENT, Skin
 from afferents.errors import InputError
 from afferents.live.events import CameraFrame
 from afferents.live.prediction import Counters
 from afferents.live.rest import NewRest, have_moved
 from afferents.markers.calibrate import calibrate_from_clips
+from afferents.markers.cells import Cells
 from afferents.markers.detect import Positions, upright
 from afferents.markers.grid import Grid
 from afferents.markers.places import images_of
 from afferents.markers.rest import N_FIRST, check_size, count_stale
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Begun, Tracker, start_at_rest
+from afferents.markers.windowed import Tracked
 from afferents.store.recording import Frame, Video
 
 Response = NDArray[np.float32]
@@ -85,19 +87,27 @@ class Touch:
 
     @cached_property
     def sa1(self) -> Response:
-        """SA-I of each marker (Eq. 1), (marker,), px; NaN where lost."""
+        """SA-I of each marker (Eq. 1), (marker,), px (cells: grey levels); NaN where lost."""
         return self.now.distance.astype(np.float32)
 
     @cached_property
     def ra1(self) -> Response:
-        """RA-I of each marker (Eq. 2), (marker,), px/frame; NaN where lost, and after a gap."""
+        """RA-I of each marker (Eq. 2), (marker,), that a frame; NaN where lost, and after a gap."""
         if self.before is None:
             return np.full(len(self.now.rest), np.nan, np.float32)
         return np.asarray(np.abs(self.now.distance - self.before.distance), np.float32)
 
     @cached_property
     def speed(self) -> Response:
-        """How fast each marker moves, (marker,), px/s; NaN where lost, and after a gap."""
+        """How fast each marker moves, (marker,), px/s; NaN where lost, and after a gap.
+
+        Raises
+        ------
+        InputError
+            If these are cells, which don't move.
+        """
+        if self.now.grey is not None:
+            raise InputError(NO_DISPLACEMENT)
         if self.before is None:
             return np.full(len(self.now.rest), np.nan, np.float32)
         way = np.hypot(*(self.now.position - self.before.position).T)
@@ -105,8 +115,9 @@ class Touch:
 
     @cached_property
     def shear(self) -> Response:
-        """The six parts of the global shear (`channels.PARTS`), (6,), px."""
-        kept = Skin(self.position, self.now.rest.astype(np.float32).astype(np.float64))
+        """The six parts of the global shear (`channels.PARTS`), (6,), px; cells have none."""
+        rest = self.now.rest.astype(np.float32).astype(np.float64)
+        kept = Skin(self.position, rest, grey=self.now.grey)
         return np.asarray(CHANNELS[dims.SHEAR].step(kept, None), np.float32)
 
     @cached_property
@@ -122,7 +133,7 @@ class Touch:
     @property
     def touching(self) -> bool:
         """Whether something touches the skin: more markers are off rest than tracking moves."""
-        return have_moved(self.now.distance)
+        return have_moved(self.now)
 
     def image(self, name: str) -> Response:
         """Return `sa1`, `ra1` or `speed` as a tactile image, (row, column); NaN where lost.
@@ -230,7 +241,7 @@ class Follower:
 
     def begin(self) -> None:
         """Take the next frame for the first of a recording, with the skin at rest."""
-        self._tracker: Tracker | None = None
+        self._tracker: Tracker | Cells | None = None
         self._before: Skin | None = None
         self._resting: NewRest | None = None
         self._first: list[_Waiting] = []
@@ -247,7 +258,10 @@ class Follower:
         self._said.append(what)
 
     def set_rest(self) -> None:
-        """Let displacement count from where the next frames show the markers; see `NewRest`."""
+        """Let displacement count from where the next frames show the markers; see `NewRest`.
+
+        Cells begin anew: the next frames are their picture at rest.
+        """
         self._resting = NewRest()
 
     def describe(self) -> str:
@@ -258,8 +272,10 @@ class Follower:
         n = sensor.n_markers if sensor.markers is None else len(sensor.markers)
         if self._is_given:
             many = f", {n} markers" if n else ""
+            if sensor.layout == dims.CELLS:
+                many = f", {sensor.rows} x {sensor.columns}"
             return f"Sensor '{sensor.name}': {sensor.layout} layout{many}."
-        shade = "bright" if sensor.detector.blob_colour else "dark"
+        shade = "bright" if sensor.looks.blob_colour else "dark"
         return (
             f"No sensor file (--sensor): {n} {shade} markers were found, in a {sensor.layout} "
             "layout; 'afferents calibrate' writes them to a file, with a picture to check."
@@ -284,6 +300,9 @@ class Follower:
             If the first frames don't show the sensor's markers, or are of another size. It begins
             anew with the next.
         """
+        if self._resting is not None and isinstance(self._tracker, Cells):
+            self.begin()
+            self.say("rest was set: grey levels count from here")
         counted = self.counters
         counted.frames += 1
         if picture.torn:
@@ -299,8 +318,8 @@ class Follower:
             self._follows = False
         follows, self._follows = self._follows, True
         if self._tracker is not None:
-            position = self._tracker.step(picture.frame.luma).position
-            return [(picture, self._felt(picture.time_s, position, follows, late))]
+            seen = self._tracker.step(picture.frame.luma)
+            return [(picture, self._felt(picture.time_s, seen, follows, late))]
         if 0 <= self._again_s - picture.time_s <= AGAIN_S:
             return []
         self._n += 1
@@ -336,13 +355,13 @@ class Follower:
     ) -> Iterator[tuple[CameraFrame, Touch]]:
         """Yield what the rest frame says, and those after it that have waited."""
         (picture, _, late), *later = first
-        seen = begun.tracker.at_rest(begun.present).position
+        seen = begun.tracker.at_rest(begun.present)
         yield picture, self._felt(picture.time_s, seen, False, late)
         for picture, follows, late in later:
-            seen = begun.tracker.step(picture.frame.luma).position
+            seen = begun.tracker.step(picture.frame.luma)
             yield picture, self._felt(picture.time_s, seen, follows, late)
 
-    def _felt(self, time_s: float, seen: Positions, follows: bool, late: bool) -> Touch:
+    def _felt(self, time_s: float, seen: Tracked, follows: bool, late: bool) -> Touch:
         """Return what a frame says.
 
         Parameters
@@ -351,10 +370,11 @@ class Follower:
             Whether the frame felt last is the one just before.
         """
         assert self.sensor is not None
-        now = Skin(upright(seen, self.sensor), self._rest)
+        now = Skin(upright(seen.position, self.sensor), self._rest, grey=seen.grey)
         before = self._before if follows else None
         step_s, self._last_s, self._before = time_s - self._last_s, time_s, now
-        if self._resting is not None and (done := self._resting.feed(now.position, now.rest)):
+        resting = None if now.grey is not None else self._resting  # cells: see `feed`
+        if resting is not None and (done := resting.feed(now.position, now.rest)):
             (rest, what), self._resting = done, None
             self._said.append(what)
             if rest is not None:
@@ -362,7 +382,7 @@ class Follower:
                 self._before = now = Skin(now.position, rest)
         said, self._said = tuple(self._said), []
         counted = Counters(**vars(self.counters))
-        return Touch(time_s, seen, now, before, step_s, self._grid, late, counted, said)
+        return Touch(time_s, seen.position, now, before, step_s, self._grid, late, counted, said)
 
 
 # A sensor that nobody has described: its markers are found while they are at rest.

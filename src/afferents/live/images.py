@@ -80,7 +80,7 @@ def require_places(sensor: Sensor) -> None:
     InputError
         If it does not.
     """
-    if sensor.layout != "square" and sensor.markers is None:
+    if sensor.layout not in ("square", dims.CELLS) and sensor.markers is None:
         raise InputError(
             f"sensor '{sensor.name}': expected a sensor file that says where the markers are, "
             f"found a {sensor.layout} layout without"

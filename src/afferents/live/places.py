@@ -16,7 +16,7 @@ from afferents.channels import PARTS
 from afferents.errors import InputError, reason_of
 from afferents.files import free_bytes, require_free
 from afferents.live.follower import Touch
-from afferents.live.signals import UNITS, Content, Place, rounded
+from afferents.live.signals import Content, Place, rounded
 from afferents.plugins import import_extra
 from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore
 from afferents.version import __version__
@@ -155,7 +155,7 @@ class LslStreams:
             for n, label in enumerate(of_name):
                 channel = channels.append_child("channel")
                 channel.append_child_value("label", str(label))
-                channel.append_child_value("unit", UNITS[name])
+                channel.append_child_value("unit", header["units"][name])
                 if name not in (dims.SHEAR, dims.RA2):
                     marker = n * len(rest) // len(of_name)
                     channel.append_child_value("marker", str(marker))

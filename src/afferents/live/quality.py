@@ -152,6 +152,8 @@ class VideoQuality(Quality):
         self._seen.append((picture.time_s, None if found is None else found.touch.detected))
         while self._seen[0][0] < picture.time_s - SPAN_S:
             self._seen.popleft()
+        if found is not None and found.touch.now.grey is not None:
+            found = None  # cells have no rest in px, and no light and focus of markers
         if found is not None:
             off_px = float(np.quantile(found.markers[SA1], 1 - MOVED_SHARE))
             self._off.append((picture.time_s, off_px))
@@ -163,7 +165,7 @@ class VideoQuality(Quality):
                 at = found.touch.seen[found.touch.detected]
                 plain = picture.frame.image
                 if sensor is not None:
-                    plain = without_shine(plain, sensor.detector)
+                    plain = without_shine(plain, sensor.looks)
                 self._light = measure_image_quality(plain, at, spacing_px(at))
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 

@@ -114,6 +114,8 @@ class MarkerRaster(Raster):
 
     def take(self, time_s: float, felt: Filled) -> None:
         """Drive them with a frame."""
+        if felt.touch.now.grey is not None:  # units are driven by px
+            return
         lost = ~felt.touch.detected
         if len(lost) != self._n_markers:
             self._n_markers = len(lost)

@@ -3,25 +3,23 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.channels import Skin
 from afferents.markers.detect import Positions
 
 MOVED_PX, MOVED_SHARE = 0.2, 0.05
 """Nothing touches the skin where no more markers than this share are this far from rest: tracking
 alone moves them half as far."""
+MOVED_GREY = 3.0
+"""The same of cells, grey levels; noise alone is 1 or 2."""
 REST_FRAMES = 10
 """Frames without motion that displacement may count from anew."""
 
 
-def have_moved(distance: NDArray[np.floating]) -> bool:
-    """Tell whether more markers are off rest than tracking alone moves.
-
-    Parameters
-    ----------
-    distance
-        Of each marker from rest, (marker,), px; NaN where lost.
-    """
-    n_seen = np.count_nonzero(np.isfinite(distance))
-    return bool(np.count_nonzero(distance > MOVED_PX) > MOVED_SHARE * n_seen)
+def have_moved(skin: Skin) -> bool:
+    """Tell whether more markers are off rest, in one frame, than tracking (or noise) moves."""
+    n_seen = np.count_nonzero(np.isfinite(skin.distance))
+    least = MOVED_PX if skin.grey is None else MOVED_GREY
+    return bool(np.count_nonzero(skin.distance > least) > MOVED_SHARE * n_seen)
 
 
 class NewRest:

@@ -25,7 +25,7 @@ UNITS = {
     dims.SHEAR: dims.PIXELS,
     dims.RA2: "full scale",
 }
-"""Signals that can be asked for, and their units."""
+"""Signals that can be asked for, and their units; those of cells differ, see `_unit_of`."""
 DIGITS = 4
 Content = dict[str, Any]
 """By name, as JSON has it."""
@@ -111,10 +111,28 @@ def _header(fingertip: Fingertip, touch: Touch, names: Sequence[str], name: str)
         "fps_hz": fingertip.fps_hz,
         "sample_rate_hz": fingertip.sample_rate_hz,
         "unix_ahead_s": time.time() - time.monotonic() if fingertip.is_live else None,
-        "units": {name: UNITS[name] for name in names},
+        "units": {name: _unit_of(name, touch) for name in names},
         "shear": list(PARTS),
         dims.REST_POSITION: rounded(touch.now.rest),
     }
+
+
+def _unit_of(name: str, touch: Touch) -> str:
+    """Return the unit of a signal.
+
+    Raises
+    ------
+    InputError
+        If these are cells, and it is of markers that move.
+    """
+    if touch.now.grey is None or name in (dims.POSITION, dims.RA2):
+        return UNITS[name]
+    if name not in (dims.SA1, dims.RA1):
+        raise InputError(
+            f"--signals: expected of sa1, ra1, position and ra2, found '{name}', which cells don't "
+            "have, since they have no displacement; leave it out"
+        )
+    return UNITS[name].replace(dims.PIXELS, dims.GREY_LEVELS)
 
 
 def _status_of(touch: Touch, names: Sequence[str], dropped: int) -> Content:

@@ -153,7 +153,8 @@ def _views(video: VideoStream, console: Console) -> RenderableType:
         image = None if video.newest is None else video.newest.image(name)
         if image is not None:
             scaled, most = _map(image, 2 * lines)
-            views.add_column(f"{title}, 0-{most:.1f} px")
+            assert video.newest is not None
+            views.add_column(f"{title}, 0-{most:.1f} {video.newest.touch.now.unit}")
             cells.append(_blocks(scaled))
             left -= max(scaled.shape[1], 14) + 2
     if video.picture is not None and left >= _FEWEST_COLUMNS:

@@ -267,7 +267,7 @@ def calibrate_from_clips(
     described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
     quality = measure_image_quality(
-        without_shine(first.image, sensor.detector), position, spacing_px(position)
+        without_shine(first.image, sensor.looks), position, spacing_px(position)
     )
     return Calibration(
         sensor, first.image, position, suspects, found, quality, int(again.sum()), n_checked, clips
@@ -311,8 +311,9 @@ def sensor_toml(sensor: Sensor) -> str:
         lines += [f"  [{x:.1f}, {y:.1f}]," for x, y in sensor.markers]
         lines.append("]")
     for table, part in (("picture", sensor.picture), ("detector", sensor.detector)):
-        values = part.model_dump(mode="json", exclude_defaults=table == "picture")
-        if values:
+        if part is not None and (
+            values := part.model_dump(mode="json", exclude_defaults=table == "picture")
+        ):
             lines += ["", f"[{table}]", *(f"{key} = {_toml(one)}" for key, one in values.items())]
     return "\n".join(lines) + "\n"
 

@@ -146,7 +146,7 @@ def find_markers(image: GreyImage, sensor: Sensor) -> Found:
     if (times := sensor.times) > 1:
         centre, area = find_markers(enlarged(image, times), sensor.enlarged())
         return scaled(centre, 1 / times), area / times**2
-    image, detector = without_shine(image, sensor.detector), sensor.detector
+    image, detector = without_shine(image, sensor.looks), sensor.looks
     if isinstance(detector, DiscDetector):
         return find_discs(image, detector, sensor.picture)
     centre, area = find_blobs(image, detector)

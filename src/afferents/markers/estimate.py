@@ -227,11 +227,11 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
             f"{published.n_markers} markers; they form its grid."
         )
     sensor = estimate_detector(image, video.path)
-    shade = "bright" if sensor.detector.blob_colour else "dark"
+    shade = "bright" if sensor.looks.blob_colour else "dark"
     return sensor, (
         f"The published detector ({published.name}) finds {found} of its {published.n_markers} "
         f"markers in frame {published.rest_frame}, so this is another sensor: markers were taken "
-        f"to be {shade} {looks(sensor.detector)}, as the image itself suggests."
+        f"to be {shade} {looks(sensor.looks)}, as the image itself suggests."
     )
 
 

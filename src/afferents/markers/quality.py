@@ -232,11 +232,13 @@ def find_track_issues(
         shifted = f"{n_torn} with a part shifted as no skin can be"
         cause = "look at the camera's cable; the markers there are lost"
         found.append(QualityIssue("damaged", where, "whole pictures", shifted, cause))
-    light = ImageQuality(**{field.name: attributes[field.name] for field in fields(ImageQuality)})
-    found += [
-        QualityIssue(kind, where, "sharp markers that stand out", how)
-        for kind, how in find_light_issues(light).items()
-    ]
+    if not dims.of_cells(tracks):
+        names = [field.name for field in fields(ImageQuality)]
+        light = find_light_issues(ImageQuality(**{name: attributes[name] for name in names}))
+        found += [
+            QualityIssue(kind, where, "sharp markers that stand out", how)
+            for kind, how in light.items()
+        ]
     found += find_doubled_frames(tracks[dims.FRAME_CHANGE].values, where)
     return found + find_time_issues(tracks[dims.TIME].values, where)
 
@@ -274,6 +276,8 @@ def describe(tracks: xr.Dataset) -> list[str]:
     tracks
         What `track` returns.
     """
+    if dims.of_cells(tracks):
+        return [*_describe_cells(tracks), *_stop(tracks)]
     quality = measure_quality(tracks)
     return [
         f"{quality.n_markers} markers, lost for {quality.share_lost:.1%} of the time; "
@@ -292,6 +296,18 @@ def describe(tracks: xr.Dataset) -> list[str]:
         *_audit(tracks),
         *_stop(tracks),
         *_describe_counts(quality),
+    ]
+
+
+def _describe_cells(tracks: xr.Dataset) -> list[str]:
+    """Say how many cells there are, and how far from their grey levels at rest."""
+    rest, sa1 = int(tracks.attrs["rest_frame"]), tracks[dims.SA1].values
+    n_frames, n_cells = sa1[rest:].shape
+    return [
+        f"{n_cells} cells, from frame {rest}, the rest frame, through {n_frames} frames.",
+        f"SA-I is {np.nanmedian(sa1):.1f} grey levels in the median and at most "
+        f"{np.nanmax(sa1):.1f}; it tells that something touches, not how far the skin moves.",
+        *start_sentences({"this one": tracks.attrs}),
     ]
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from afferents import dims
 from afferents.choices import Method
 from afferents.errors import InputError
 from afferents.markers.detect import Positions, detect, find_markers, turned
@@ -33,6 +34,8 @@ MOST_STALE, STILL = 8, 3
 the picture stand still."""
 N_FIRST = N_FRAMES + MOST_STALE + STILL
 """Frames from the declared rest frame on that say where the skin is at rest."""
+JUMPED = 2.0
+"""Without markers, the picture must jump by so many grey levels: on three real gels 6 to 13."""
 CHANGED, SUDDEN, STALE_SHARE = 1.2, 4.0, 0.75
 """From a stale frame to the next the picture changes more than so many times as much as in the
 frames around, and its markers, too: a quarter of them, since a touch moves those under it."""
@@ -77,6 +80,8 @@ def stands_still_again(images: Sequence[GreyImage], sensor: Sensor) -> bool:
     samples = [sample_pixels(image) for image in images]
     changes = [mean_change(now, before) for before, now in pairwise(samples)]
     jump = changes.pop(-STILL - 1)
+    if sensor.layout == dims.CELLS:  # there is nothing but the picture
+        return jump > max(JUMPED, SUDDEN * max(changes))
     if jump <= CHANGED * max(changes):  # spares most recordings the search for markers
         return False
     moved_px = [
@@ -161,7 +166,7 @@ def seen_at_rest(picture: GreyImage, sensor: Sensor, n_still: int = 1) -> AtRest
     """Find markers in a picture at rest; `calibrate` and `track` both look by this."""
     found = detect(picture, sensor)
     beyond = beyond_layout(found)
-    generous = sensor.model_copy(update={"detector": sensor.detector.generous()})
+    generous = sensor.model_copy(update={"detector": sensor.looks.generous()})
     faint, _ = find_markers(picture, generous)
     return AtRest(found[~beyond], faint, found[beyond], n_still)
 

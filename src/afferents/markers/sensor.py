@@ -20,6 +20,7 @@ from pydantic import (
     model_validator,
 )
 
+from afferents import dims
 from afferents.choices import Layout
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
@@ -34,6 +35,8 @@ Circle = tuple[float, float, PositiveFloat]
 """Middle in x and y, and radius, px."""
 FEWEST = 6
 """Fewer markers than this are no layout."""
+FEWEST_CELLS, MOST_CELLS = 4, 200
+"""Of a side of the grid that `markers.cells` lays over a picture."""
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
 SMALL_PX, ENLARGED = 2.0, 4
@@ -235,7 +238,8 @@ class Sensor(BaseModel):
     Attributes
     ----------
     layout
-        ``square`` (`rows` x `columns` markers), or ``hexagonal``, ``radial`` or ``free``.
+        ``square`` (`rows` x `columns` markers), or ``hexagonal``, ``radial`` or ``free``; or
+        ``cells`` of a fingertip without markers: `rows` x `columns` parts of its picture.
     markers
         Where the markers of other layouts than square ones are at rest, px, in the order that
         they keep; None where nobody has looked (``free`` only). Camera and fingertip may be
@@ -260,6 +264,8 @@ class Sensor(BaseModel):
         Which part of the picture shows the sensor, and which way up.
     lens
         Its distortion is taken out of SA-I and RA-I; None leaves them as the picture shows them.
+    detector
+        Says what markers look like; None of cells alone.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -281,7 +287,7 @@ class Sensor(BaseModel):
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
     picture: Picture = Field(default=WHOLE, exclude_if=lambda picture: picture == WHOLE)
-    detector: Detector
+    detector: Detector | None = Field(default=None, exclude_if=lambda detector: detector is None)
 
     @field_validator("radius_px")
     @classmethod
@@ -291,6 +297,10 @@ class Sensor(BaseModel):
 
     @model_validator(mode="after")
     def _count_fits_layout(self) -> Self:
+        if self.layout == dims.CELLS:
+            return self._require_cells()
+        if self.detector is None:
+            raise ValueError(f"a {self.layout} layout needs a [detector], which calibrate makes")
         if self.layout != "square":
             if self.rows is not None or self.columns is not None:
                 raise ValueError(f"a {self.layout} layout has no rows and columns")
@@ -306,6 +316,30 @@ class Sensor(BaseModel):
             raise ValueError(f"n_markers must be rows x columns = {self.rows * self.columns}")
         return self
 
+    def _require_cells(self) -> Self:
+        for name in ("detector", "n_markers", "markers", "image", "lens"):
+            if getattr(self, name) is not None:
+                raise ValueError(f"cells have no {name}; leave it out")
+        for name in ("rows", "columns"):
+            if not FEWEST_CELLS <= (n := getattr(self, name) or 0) <= MOST_CELLS:
+                wanted = f"{FEWEST_CELLS} to {MOST_CELLS}"
+                raise ValueError(f"{name} of cells must be {wanted}, found {n or 'none'}")
+        return self
+
+    @property
+    def looks(self) -> Detector:
+        """What markers look like.
+
+        Raises
+        ------
+        InputError
+            If it has none.
+        """
+        if self.detector is None:
+            found = f"sensor '{self.name}' of cells; leave it out, or give another sensor"
+            raise InputError(f"the sensor: expected one with markers, found {found}")
+        return self.detector
+
     @property
     def times(self) -> int:
         """How much the picture is enlarged to find and follow markers: small discs need it."""
@@ -314,7 +348,7 @@ class Sensor(BaseModel):
 
     def enlarged(self) -> Self:
         """Return the sensor in a picture `times` as large, to find markers in."""
-        times, shine_px = self.times, self.detector.shine_px
+        times, shine_px = self.times, self.looks.shine_px
         assert isinstance(self.detector, DiscDetector)
         larger = {
             "radius_px": times * self.detector.radius_px,

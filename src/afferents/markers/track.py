@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
+from afferents.markers.cells import Cells
 from afferents.markers.detect import (
     Positions,
     detect,
@@ -74,6 +75,11 @@ def labelled(
             dims.SPACE: (dims.SPACE, ["x", "y"]),
         },
     )
+    if tracked[0].grey is not None:
+        grey = np.full(shape, np.nan)
+        grey[len(time_s) - len(tracked) :] = [frame.grey for frame in tracked]
+        unit = {dims.UNITS: dims.GREY_LEVELS, "long_name": "SA-I, mean change of a cell from rest"}
+        tracks[dims.SA1] = ((dims.TIME, dims.MARKER), grey, unit)
     if grid is None:
         return tracks
     places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
@@ -263,6 +269,8 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     """
     check_size(video.path, (video.width, video.height), sensor)
     images = rest_images(video, sensor.rest_frame)
+    if sensor.layout == dims.CELLS:
+        return Cells([Frame(0.0, image) for image in images], sensor, video.path).rest_position
     images = images[count_stale(images, sensor) :]
     found = find_rest_markers(images, sensor, video.path, "windowed")
     rest = order_markers(found, sensor, "windowed", None, video.path)
@@ -308,7 +316,8 @@ def track_markers(
         describes carry `row` and `column` on `marker`, their places in a tactile image; square
         ones also have their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
-        `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
+        Of cells, `sa1` (time, marker) in grey levels besides; what is said here of markers is
+        said of them. `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
         `measure_quality`, those of `rest_seen` `rest_sentences`.
 
     Raises
@@ -318,6 +327,10 @@ def track_markers(
         does not show the markers that the sensor file declares, or its times go back.
     """
     check_size(video.path, (video.width, video.height), sensor)
+    if sensor.layout == dims.CELLS and (method != "windowed" or count_from is not None):
+        asked = "--rest reference" if count_from is not None else f"--tracker {method}"
+        found = f"'{sensor.name}' of cells"
+        raise InputError(f"{asked}: expected a sensor with markers, found {found}; leave it out")
     passed = _Passed()
     coming = passed.frames_of(video)
     at_rest = list(islice(coming, sensor.rest_frame + N_FIRST))[sensor.rest_frame :]
@@ -342,7 +355,7 @@ def track_markers(
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(passed.change))
     return tracks.assign_attrs(
         sensor=sensor.name,
-        method=method,
+        method=dims.CELLS if sensor.layout == dims.CELLS else method,
         rest_frame=sensor.rest_frame + n_stale,
         stopped=passed.stopped,
         jumps_s=jumps_s,
@@ -413,7 +426,7 @@ class Begun(NamedTuple):
         What is to be said of light, focus and the rest frame, as attributes.
     """
 
-    tracker: Tracker
+    tracker: Tracker | Cells
     present: NDArray[np.bool_]
     grid: Grid | None
     seen: dict[str, Any]
@@ -426,7 +439,10 @@ def start_at_rest(
     method: Method = "windowed",
     reference: Positions | None = None,
 ) -> Begun:
-    """Find the markers in the frames at rest, `N_FIRST` or fewer; see `track_markers`."""
+    """Find the markers in the frames at rest, `N_FIRST` or fewer, or lay cells over them."""
+    if sensor.layout == dims.CELLS:
+        cells = Cells(frames, sensor, where)
+        return Begun(cells, cells.present, cells.grid, {})
     images = [frame.image for frame in frames]
     found = find_rest_markers(images, sensor, where, method, led=reference is not None)
     rest = order_markers(found, sensor, method, reference, where)
@@ -434,13 +450,13 @@ def start_at_rest(
     tracker = Tracker(sensor, rest.position, method, still, frames[0].levels, rest.present)
     shown = rest.position[rest.present] if rest.present.any() else found.position
     picture = measure_image_quality(
-        without_shine(images[0], sensor.detector), shown, spacing_px(shown)
+        without_shine(images[0], sensor.looks), shown, spacing_px(shown)
     )
     return Begun(tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture))
 
 
 def _follow(
-    tracker: Tracker, at_rest: Tracked, frames: Iterable[Frame]
+    tracker: Tracker | Cells, at_rest: Tracked, frames: Iterable[Frame]
 ) -> tuple[list[Tracked], list[float]]:
     """Return the markers in the rest frame and those after it, and when all of them jumped, s."""
     tracked, jumps_s = [at_rest], []

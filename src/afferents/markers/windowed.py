@@ -17,10 +17,14 @@ from afferents.store.recording import GreyImage, as_grey
 
 
 class Tracked(NamedTuple):
-    """Markers in one frame: `position` (n, 2) in px, NaN where lost, and `detected` (n,)."""
+    """Markers in one frame: `position` (n, 2) in px, NaN where lost, and `detected` (n,).
+
+    Of cells, which stay where they are, `grey` (n,) is how far they are from rest, grey levels.
+    """
 
     position: Positions
     detected: NDArray[np.bool_]
+    grey: NDArray[np.float64] | None = None
 
 
 @dataclass
@@ -132,8 +136,8 @@ class Windowed:
         self.audit = Audit()
         self.jump_px = 0.0
         self._sensor, self._levels = sensor, levels
-        rest_image = without_shine(rest_image, sensor.detector)
-        self._sign = 1.0 if sensor.detector.blob_colour == 255 else -1.0
+        rest_image = without_shine(rest_image, sensor.looks)
+        self._sign = 1.0 if sensor.looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
         radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
@@ -170,7 +174,7 @@ class Windowed:
 
     def step(self, image: GreyImage) -> Tracked:
         """Return where the markers are in the next frame."""
-        image, n = without_shine(image, self._sensor.detector), len(self._expected)
+        image, n = without_shine(image, self._sensor.looks), len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
         self._light, n_found, shared, strangers, self.jump_px = kernel.look(
             image,

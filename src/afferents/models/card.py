@@ -15,6 +15,7 @@ from afferents import dims
 from afferents.choices import Statistics
 from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
+from afferents.errors import InputError
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import (
     SPEED,
@@ -369,6 +370,23 @@ class Card(BaseModel):
         how = " and ".join(self.unlike_live)
         what = "live does otherwise, and what was evaluated does not hold there"
         return [f"Its recordings were extracted with {how}: {what}."] if how else []
+
+
+def require_unit(card: Card, of_cells: bool, where: str) -> None:
+    """Refuse to ask a model that learnt from markers, in px, about cells, in grey levels; or back.
+
+    Raises
+    ------
+    InputError
+        Naming both units.
+    """
+    units = (dims.PIXELS, dims.GREY_LEVELS)
+    learnt = card.sensor is not None and card.sensor.get("layout") == dims.CELLS
+    if card.sensor is not None and learnt != of_cells:
+        raise InputError(
+            f"{where}: expected SA-I and RA-I in {units[learnt]}, as {card.model} learnt from, "
+            f"found {units[of_cells]}; train a model on such data"
+        )
 
 
 def _steady_sentence(steady_s: Steady) -> str:

@@ -20,7 +20,7 @@ from afferents.encodings.settings import encoding_of
 from afferents.errors import AfferentsError, InputError, raised, reading
 from afferents.files import holds_only, write_aside
 from afferents.models.base import Classifier, Task, build_for
-from afferents.models.card import CARD, ESTIMATOR, WEIGHTS, Card, read_card
+from afferents.models.card import CARD, ESTIMATOR, WEIGHTS, Card, read_card, require_unit
 from afferents.models.classifiers import OwnEstimator, classifier_of
 from afferents.models.confidence import Novelty
 from afferents.models.networks import CnnLstm
@@ -348,8 +348,10 @@ class Recogniser:
         ------
         InputError
             If a sample has another form than those that the model learnt from, or says that it is
-            of another channel.
+            of another channel, or of cells and not of markers.
         """
+        if dims.CHANNEL in samples.attrs:
+            require_unit(self.card, bool(samples.attrs.get(dims.CELLS)), "samples")
         seen = encoding_of(self.card.encoding, "the card").seen(samples.values)
         if seen.shape[1:] != self.card.shape:
             raise InputError(

@@ -143,6 +143,8 @@ BEST = ("sa-wave-vector", "vib-te-aug")
 Picked once, on sessions of the simulated rig (docs/results.md has the rule); never by scores
 on the data at hand.
 """
+OF_CELLS = "sa-wave"
+"""What stands in for them where there are cells, which have no displacement, and no sound."""
 
 
 def _own(where: str) -> Model:

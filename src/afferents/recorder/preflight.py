@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import siegelslopes
 
+from afferents import dims
 from afferents.devices.base import (
     FULL_SCALE,
     Block,
@@ -19,7 +20,12 @@ from afferents.devices.picture import picture_of
 from afferents.files import free_bytes
 from afferents.markers.detect import detect, spacing_px, without_shine
 from afferents.markers.sensor import Sensor
-from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
+from afferents.quality.image import (
+    BLURRED_PX,
+    OVEREXPOSED,
+    describe_no_light,
+    measure_image_quality,
+)
 from afferents.recorder.devices import Devices
 from afferents.recorder.gate import Check, count_on
 from afferents.recorder.plan import Plan
@@ -110,12 +116,15 @@ def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
     )
     if image is None:
         return Check("picture", False, "none that can be decoded", "look at the camera's format")
+    if sensor.layout == dims.CELLS:
+        said = f"mean grey level {image.mean():.0f}"
+        return Check("picture", not describe_no_light(image), said, "see to the light")
     found = detect(image, sensor)
     usual = sensor.n_markers or len(found)
     if len(found) < max(4, 0.9 * usual):
         said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
         return Check("picture", False, said, "see to light, focus, and the sensor file")
-    plain = without_shine(image, sensor.detector)
+    plain = without_shine(image, sensor.looks)
     quality = measure_image_quality(plain, found, spacing_px(found))
     said = (
         f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "

@@ -33,7 +33,7 @@ from afferents.evaluation.train import felt_with
 from afferents.files import Place, holds_only, is_our_picture, require_free, write_json
 from afferents.folds.held_out import Group, Split, order
 from afferents.markers.places import images_of
-from afferents.models.card import Card
+from afferents.models.card import Card, require_unit
 from afferents.models.folder import Deployed, load_model
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
@@ -449,6 +449,7 @@ def _require_fitting(
 ) -> None:
     """Refuse data that lack what the model feels with, or are of another sensor."""
     where = data.origin.source
+    require_unit(card, any(map(dims.of_cells, recordings)), where)
     for responses in recordings:
         if not has(responses, source):
             raise InputError(

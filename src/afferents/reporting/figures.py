@@ -29,8 +29,8 @@ from afferents.reporting.spectra import (
 from afferents.reporting.style import ReportFigure
 
 _OF_CHANNEL = {
-    dims.SA1: ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest, px"),
-    dims.RA1: ("figure10", "Figure 10", "RA-I", "Change of SA-I of each marker, px/frame"),
+    dims.SA1: ("figure08", "Figure 8", "SA-I", "How far each {} is from rest, {}"),
+    dims.RA1: ("figure10", "Figure 10", "RA-I", "Change of SA-I of each {}, {}"),
 }
 """Name, number, afferent and response of the figures of tactile images."""
 _APART = {
@@ -183,6 +183,8 @@ def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[R
     printed = style == "paper"
     for (channel, apart), rows in data.frames.items():
         name, number, afferent, what = _OF_CHANNEL[channel]
+        unit = rows[0].unit
+        part = "cell" if unit.startswith(dims.GREY_LEVELS) else "marker"
         title, (frames, suffix, why) = f"{number}. {afferent} tactile images", _APART[apart]
         panels = "A: textures at one speed, or near it. B: one texture at several speeds"
         scale = (
@@ -196,9 +198,9 @@ def _image_pictures(data: FigureData, source: str, style: Figures) -> Iterator[R
         yield ReportFigure(
             name,
             title,
-            f"{what}. {panels}. {instead_of(row.shown for row in rows)}Ten {frames}, beginning "
-            f"{data.began}. {scale}. Row is the rank of a marker in y, column its rank in x; the "
-            f"paper's images are the transpose.",
+            f"{what.format(part, unit)}. {panels}. {instead_of(row.shown for row in rows)}Ten "
+            f"{frames}, beginning {data.began}. {scale}. Row is the rank of a {part} in y, column "
+            "its rank in x; the paper's images are the transpose.",
             f"Rows of ten {afferent} tactile images, a row for each texture and speed.",
             images_figure(rows, channel, title, source, data.sliding, one_scale=printed),
         )

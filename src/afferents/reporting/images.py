@@ -18,7 +18,6 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.dims import PIXELS, PIXELS_PER_FRAME
 from afferents.reporting.choice import Shown
 from afferents.reporting.style import (
     INK,
@@ -34,7 +33,7 @@ N_FRAMES = 10
 SPACINGS = (20, 1)
 """Frames from one image to the next, as printed: as the paper's code draws, and as its text says.
 """
-UNITS = {dims.SA1: f"SA-I ({PIXELS})", dims.RA1: f"RA-I ({PIXELS_PER_FRAME})"}
+_NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I"}
 _LEFT, _RIGHT, _TOP, _BOTTOM = (0.15, 0.5), (0.85, 0.5), (0.5, 0.85), (0.5, 0.15)
 _ARROWS = {
     "+x": (_RIGHT, _LEFT), "-x": (_LEFT, _RIGHT), "+y": (_BOTTOM, _TOP), "-y": (_TOP, _BOTTOM)
@@ -56,12 +55,15 @@ class FrameRow:
         Shape (frame, row, column).
     time_s
         Of each frame since the first, s, (frame,).
+    unit
+        Of the images.
     """
 
     panel: str
     shown: Shown
     images: NDArray[np.float32]
     time_s: NDArray[np.float64]
+    unit: str
 
 
 @styled
@@ -117,11 +119,11 @@ def images_figure(
             bar = add_bar(
                 figure, drawn, cells, "", extend="both", fraction=0.011, pad=0.011, aspect=9
             )
-            bar.set_label(UNITS[channel], fontsize=7)
+            bar.set_label(f"{_NAMES[channel]} ({row.unit})", fontsize=7)
             bar.locator = MaxNLocator(3)
     name_axes(grid[-1, len(rows[-1].images) - 1], sliding)
     if one_scale:
-        label = f"{UNITS[channel]}, one scale for all"
+        label = f"{_NAMES[channel]} ({rows[0].unit}), one scale for all"
         add_bar(figure, drawn, grid, label, extend="both", fraction=0.016, pad=0.012, aspect=32)
     return figure
 

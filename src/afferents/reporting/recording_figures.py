@@ -105,7 +105,7 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
     Parameters
     ----------
     sa1, ra1
-        Dims (time, marker), px and px a frame; NaN where a marker was lost.
+        Dims (time, marker), with `units`, or in px and px a frame; NaN where a marker was lost.
     source
         The line that says what the picture was made from.
     """
@@ -115,6 +115,7 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
         (sa1, "SA-I", dims.PIXELS, BLUE, grid[0], grid[1]),
         (ra1, "RA-I", dims.PIXELS_PER_FRAME, GREEN, grid[2], grid[3]),
     ):
+        unit = response.attrs.get(dims.UNITS, unit)
         draw_bands(band, response, f"{name} ({unit})", colour)
         _draw_heatmap(figure, rows, response, f"{name} ({unit})")
     grid[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)

@@ -198,7 +198,8 @@ def _frames(
             for panel, shown in panels_of(able, by_spacing, style):
                 recording = able[shown.texture, shown.speed_mm_s]
                 images, time_s, said = _frame_row(recording, channel, apart)
-                rows[channel, apart].append(FrameRow(panel, shown, images, time_s))
+                unit = str(recording[channel].attrs.get(dims.UNITS, dims.PIXELS))
+                rows[channel, apart].append(FrameRow(panel, shown, images, time_s, unit))
                 beginnings.add(said)
     return rows, " or ".join(sorted(beginnings))
 

@@ -35,7 +35,7 @@ def rig_of(sensor: Sensor) -> Rig:
     size = sensor.width or Camera().width, sensor.height or Camera().height
     lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
     is_own = (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice
-    seen = (*size, bool(sensor.detector.blob_colour), sensor.lens)
+    seen = (*size, bool(sensor.looks.blob_colour), sensor.lens)
     if is_own and seen == (Camera().width, Camera().height, True, None):
         return Rig()
     pitch = _require(sensor)
@@ -89,7 +89,7 @@ def _middled(position: Positions) -> Positions:
 
 def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> Camera:
     """Return a camera to whose pictures the sensor file's detector applies."""
-    detector, usual = sensor.detector, Camera()
+    detector, usual = sensor.looks, Camera()
     if isinstance(detector, BlobDetector):
         area = (detector.min_area_px2 + detector.max_area_px2) / 2
         diameter_px = 2 * math.sqrt(area / math.pi)

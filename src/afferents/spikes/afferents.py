@@ -140,8 +140,13 @@ class AfferentClass(StrictForm):
         Raises
         ------
         InputError
-            If the sample rate of vibration holds none of the bands.
+            If the sample rate of vibration holds none of the bands, or the response is of cells.
         """
+        if dims.of_cells(recording) and not self.bands_hz:
+            raise InputError(
+                f"{recording.attrs['name']}: expected {self.variable} in px, by which {self.name} "
+                "units are driven, found grey levels, of cells; choose --classes PC"
+            )
         of = self._of_vibration if self.bands_hz else self._of_markers
         return of(recording, start_s, stop_s)
 

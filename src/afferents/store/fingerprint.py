@@ -59,12 +59,19 @@ def fingerprint(responses: Responses) -> Fingerprint:
 
 
 def _tracks(responses: Responses) -> NDArray[np.float64]:
-    """How far the markers move from frame to frame, mean over markers, x and y together."""
+    """How far the markers move from frame to frame, mean over markers, x and y together.
+
+    Of cells, which don't move, how SA-I changes.
+    """
     time_s = responses[dims.TIME].values
     begin_s = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s(responses))[0]
     first = int(np.searchsorted(time_s, begin_s))
-    position = responses[dims.POSITION][first : first + MOST + 1].values.sum(axis=-1)
-    step = np.diff(position.astype(np.float64), axis=0)
+    used = slice(first, first + MOST + 1)
+    if dims.of_cells(responses):
+        felt = responses[dims.SA1][used].values
+    else:
+        felt = responses[dims.POSITION][used].values.sum(axis=-1)
+    step = np.diff(felt.astype(np.float64), axis=0)
     seen = ~np.isnan(step)
     return np.asarray(np.where(seen, step, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 

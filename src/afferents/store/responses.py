@@ -14,6 +14,9 @@ variable                  dims                  unit         meaning
 `force`, `pose`, ...      force_time, ...       (as said)    what else was logged meanwhile
 ========================  ====================  ===========  ==================================
 
+Of a fingertip without markers, a cell of the picture stands for a marker: `position` is its middle
+and never moves, `sa1` is in grey levels, `ra1` in grey levels/frame.
+
 A recording without video has only `ra2`, one without audio none. Coordinates: `time` (s),
 `space` (x, y), and on `marker` its place in the tactile image, `row` and `column`: integers where
 the layout is a square grid, floating on other layouts that a sensor file describes. `audio_time`

@@ -51,7 +51,11 @@ def test_an_unknown_name_lists_those_there_are():
         ('layout = "free"', 'layout = "free"\nrows = 3', "has no rows and columns"),
         ("max_threshold = 150", "max_threshold = 55", "min_repeatability steps"),
         ("n_markers = 3", "n_markers = 3\ngate_px = -1", "gate_px: greater than 0, found -1"),
-        ('layout = "free"', 'layout = "oval"', "layout: 'square', 'hexagonal', 'radial' or 'free'"),
+        (
+            'layout = "free"',
+            'layout = "oval"',
+            "'radial', 'free' or 'cells', found 'oval'",
+        ),
         (
             "[detector]",
             "[picture]\nturn = 45\n[detector]",

@@ -148,6 +148,6 @@ def frames() -> list[FrameRow]:
     images = np.arange(14 * 20, dtype=np.float32).reshape(14, 4, 5)
     time_s = np.arange(14) / 100
     return [
-        FrameRow("A", Shown("3", 50.0, "g"), images[:10], time_s[:10]),
-        FrameRow("B", Shown("3", 10.0, "g"), images[10:], time_s[:4]),
+        FrameRow("A", Shown("3", 50.0, "g"), images[:10], time_s[:10], "px"),
+        FrameRow("B", Shown("3", 10.0, "g"), images[10:], time_s[:4], "px"),
     ]

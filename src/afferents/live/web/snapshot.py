@@ -156,6 +156,7 @@ def draw_markers(felt: Filled) -> dict[str, Any]:
     return {
         "markers": np.where(found[:, None], seen, -1).round(1).tolist(),
         "ring_px": ring_px(seen[found]),
+        "unit": felt.touch.now.unit,
         **{name: draw_image(felt, name) for name in (SA1, RA1)},
     }
 

@@ -96,12 +96,15 @@ def _room(shape: tuple[int, ...], chunks: Any) -> Any:
 
 
 def add_tracks(nwbfile: Any, laid: Sequence[Laid]) -> None:
-    """Add room for where markers are seen: a series a marker, over the whole session."""
+    """Add room for where markers are seen: a series a marker, over the whole session.
+
+    Cells, which never move, are left out.
+    """
     from hdmf.backends.hdf5 import H5DataIO
     from ndx_pose import PoseEstimation, PoseEstimationSeries, Skeleton, Skeletons
 
     tracked = [one for one in laid if dims.POSITION in one.responses]
-    if not tracked:
+    if not tracked or dims.of_cells(tracked[0].responses):
         return
     nodes = [_node(marker) for marker in range(tracked[0].responses.sizes[dims.MARKER])]
     times_s = np.concatenate([one.frame_times_s for one in tracked])

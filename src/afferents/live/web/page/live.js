@@ -169,7 +169,7 @@ function showVideo(video) {
   if (!video.sa1) return;
   for (const name of ["sa1", "ra1"]) {
     $(`${name}-scale`).hidden = !video[name];
-    if (video[name]) showScale($(`${name}-scale`), drawMap($(name), video[name], ink()), "px");
+    if (video[name]) showScale($(`${name}-scale`), drawMap($(name), video[name], ink()), video.unit);
   }
 }
 
