@@ -62,7 +62,7 @@ def _reason_against(recipe: Recipe, recordings: Sequence[Responses], source: Sou
         return f"they answer no question with {flags}; evaluate once without"
     groups = np.array(recipe.split.groups_of(recordings))
     if any(recipe.split.sharing(groups, group).all() for group in groups.tolist()):
-        return f"nothing is left to learn from when one {recipe.split.name} is held out"
+        return f"nothing is left to learn from when one {recipe.split.title} is held out"
     if not all(has(one, source) for one in recordings):
         return "some recordings have no vibration"
     try:

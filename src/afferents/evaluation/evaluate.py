@@ -98,6 +98,8 @@ def open_evaluation(
     opened = open_data(sources_in(data), options.without, options.keep_going, progress)
     warn(recordings_in(opened), progress)
     used = options.ablation.recordings(recordings_in(opened))
+    if (settled := options.by.settled(used).name) != options.split:
+        options = options.model_copy(update={"split": settled})
     encodings = encodings_for(opened, options.cut, wanted, options.steady, used)
     if "best" in names_in(options.models) or not models:
         best = best_of(recordings_in(opened))

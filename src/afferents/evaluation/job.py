@@ -193,6 +193,11 @@ def encoded(
             tested = encode_all(recordings, source, *how, options.disturb, workers)
             samples = in_variants(samples, tested)
         found.append(recipe.split.labelled(samples, recordings))
+        if (n := len(samples) - len(found[-1])) and not recipe.split.whole:
+            progress.note(
+                f"{n} of {len(samples)} samples reach from {recipe.split.one} into another and are "
+                "left out"
+            )
     return tuple(found)
 
 

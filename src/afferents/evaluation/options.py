@@ -117,8 +117,8 @@ class TrainingOptions(BaseModel):
     cut: Cut = "all"
     """Part of each recording to use: 'all' at constant speed, or the 'published' cut."""
     split: str = SPEED.name
-    """What is held out in turn: 'speed', a condition of recordings such as 'trial', two at once
-    ('speed,force'), or an 'angle' of the drum.
+    """What is held out in turn: 'speed' (with --bands a band of speeds), a condition of recordings
+    such as 'trial', two at once ('speed,force'), or an 'angle' of the drum.
 
     Of two at once, what is learnt from shares neither with what is tested. Of angles one of five is
     held out, with 'angle-8' one of eight.

@@ -153,7 +153,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         do = (
             f"record more {split.many}, or use --protocol published with models of Table 1"
             if len(groups) == 2
-            else f"with one {split.name} no model can be tested at another; record more"
+            else f"with one {split.title} no model can be tested at another; record more"
         )
         raise InputError(
             f"the data: expected at least {needed} {split.many}, to hold one out"

@@ -213,7 +213,7 @@ def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
     only_there = sorted(set(texture[validation]) - set(texture[learnt]))
     if only_there:
         found = f"none of {', '.join(map(str, only_there))}"
-        expected = f"every texture at another {split.name} than {split.printed(middle)}"
+        expected = f"every texture at another {split.title} than {split.printed(middle)}"
         raise InputError(f"the data: expected {expected}, found {found}")
     return Fold(middle, middle, learnt, validation, np.empty(0, dtype=np.int64), split)
 

@@ -146,6 +146,6 @@ def describe(lags: Mapping[str, Lag], press: str) -> list[str]:
         f"The clock of '{name}' is {abs(lag.seconds):.4f} s "
         f"{'behind' if lag.seconds < 0 else 'ahead of'} the images', by the press of {press}, "
         f"within {1000 * lag.error_s:.1f} ms there and 0.1 ms more a second from it; the "
-        "store says how much in each recording."
+        "store says how much in each recording. How far apart they are does not matter."
         for name, lag in lags.items()
     ]

@@ -34,8 +34,7 @@ class Notes:
     @property
     def sentences(self) -> list[str]:
         """Describe it, a sentence a kind."""
-        said = *describe_issues(self.issues), *self.at_rest, *self.of_force
-        return [*said, *warning_of(self.copies)]
+        return [*describe_issues(self.issues), *self.at_rest, *warning_of(self.copies)]
 
 
 def with_fingerprint(responses: Responses) -> Responses:

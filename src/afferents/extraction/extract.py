@@ -179,8 +179,10 @@ def _failures(
             others = len(session.recordings) > 1
             raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
+    notes = notes_of(extraction.out)
     for sentence in (
-        *notes_of(extraction.out).sentences,
+        *notes.sentences,
+        *notes.of_force,
         *_speedless(session),
         *session.left_out(),
     ):

@@ -16,14 +16,12 @@ from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.folds.held_out import OPTION, Group, Split, key_of, require_everywhere
-from afferents.store.motion import Series, force_along, length_s, speed_along
-from afferents.store.responses import Responses, speed_of, steady_s
+from afferents.store.motion import Series, force_along, speed_along, spread, steady_values
+from afferents.store.responses import Responses, speed_of
 
 UNITS = {"speed": " mm/s", "force": " N"}
 NAME = re.compile(r"(speed|force)(-in-\d+|(-\d+(\.\d+)?)+)")
 _MOST = 99
-_STEP_S = 0.02
-"""Between moments that quantiles are taken over."""
 _DIGITS = 3
 
 
@@ -45,6 +43,16 @@ class ByBand(Split):
     def unit(self) -> str:  # type: ignore[override]
         """Of the edges."""
         return UNITS[self.of_what]
+
+    @property
+    def title(self) -> str:
+        """Return `band of speed`."""
+        return f"band of {self.of_what}"
+
+    def settled(self, recordings: Sequence[Responses]) -> "ByBand":
+        """Return it with the edges that quantiles come to."""
+        edges = "-".join(f"{edge:g}" for edge in self.edges(recordings))
+        return ByBand(f"{self.of_what}-{edges}")
 
     @property
     def one(self) -> str:
@@ -98,6 +106,11 @@ class ByBand(Split):
             moments = np.concatenate([self._moments(one) for one in recordings])
             edges = np.quantile(moments, np.arange(1, n) / n)
             edges = np.array([float(f"{edge:.{_DIGITS}g}") for edge in edges])
+            if (np.diff(edges) <= 0).any():
+                raise InputError(
+                    f"--bands: expected edges such as 20,40, or how many bands, found {n}, which "
+                    f"is more than the {self.of_what} tells apart; ask for fewer"
+                )
         if (edges <= 0).any() or (np.diff(edges) <= 0).any():
             found = ", ".join(f"{edge:g}" for edge in edges)
             raise InputError(f"--bands: expected edges above 0 that rise, found {found}")
@@ -113,9 +126,14 @@ class ByBand(Split):
         """
         there = list(recordings)
         edges = self.edges(there)
-        found = {
-            n for one in there for n in np.searchsorted(edges, self._moments(one), side="right")
-        }
+        moments = [self._moments(one) for one in there]
+        found = {n for its in moments for n in np.searchsorted(edges, its, side="right")}
+        if len(found) < 2:
+            raise InputError(
+                f"--bands: expected edges between which the {self.of_what} lies, which goes from "
+                f"{self._range(moments)}, found {', '.join(f'{edge:g}' for edge in edges)}; take "
+                "others"
+            )
         return [self._name(n, edges) for n in sorted(found)]
 
     def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
@@ -147,18 +165,20 @@ class ByBand(Split):
         found = np.array([self._name(n, edges) for n in np.maximum(bands, 0)], dtype=np.str_)
         whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, found)})
         kept = whole.isel({dims.SAMPLE: np.flatnonzero(bands != -1)})
-        require_everywhere(self, kept, self.groups_of(there), "wider bands (--bands)")
+        moments = [self._moments(one) for one in there]
+        wider = f"other bands (--bands; the {self.of_what} goes from {self._range(moments)})"
+        require_everywhere(self, kept, self.groups_of(there), wider)
         return kept
+
+    def _range(self, moments: Sequence[NDArray[np.float64]]) -> str:
+        return f"{spread(moments)}{self.unit}"
 
     def _name(self, n: int, edges: NDArray[np.float64]) -> str:
         return f"{edges[n - 1]:g}" if n else "0"
 
     def _moments(self, responses: Responses) -> NDArray[np.float64]:
         """Return the values of a recording's steady part at regular moments."""
-        series = self._series(responses)
-        start, stop = steady_s(responses) or (0.0, length_s(responses))
-        values = series.at(np.arange(max(start, series.time_s[0]), stop, _STEP_S))
-        return values[np.isfinite(values)]
+        return steady_values(self._series(responses), responses)
 
     def _series(self, responses: Responses) -> Series:
         if self.of_what == "force":

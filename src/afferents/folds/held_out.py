@@ -20,6 +20,7 @@ from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, then
 from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
+from afferents.store.motion import has_speed
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, conditions, speed_of, steady_s
 
@@ -84,6 +85,15 @@ class Split:
     leaks: ClassVar[str] = "group"
     unit: ClassVar[str] = ""
     divided: ClassVar[str] = ""
+
+    @property
+    def title(self) -> str:
+        """What a group is, in words without an article."""
+        return self.name
+
+    def settled(self, recordings: Sequence[Responses]) -> "Split":
+        """Return it with what its groups take from the recordings that are used."""
+        return self
 
     @property
     def one(self) -> str:
@@ -210,10 +220,10 @@ class _BySpeed(Split):
         for responses in recordings:
             name, speed = str(responses.attrs["name"]), speed_of(responses)
             if speed is None:
-                do = (
-                    "say it in the session (speed_mm_s) and extract again, or hold out something "
-                    "else, such as --split trial"
-                )
+                do = "say it in the session (speed_mm_s) and extract again, or hold out something "
+                do += "else, such as --split trial"
+                if has_speed(responses):
+                    do = "it changes within the recording: hold out bands of it, as --bands 20,40"
                 raise InputError(
                     f"{OPTION}: expected the speed of every recording, found none of "
                     f"{name}{then(do)}"

@@ -23,6 +23,7 @@ from afferents.recordings.layouts import published
 from afferents.recordings.media import Pattern, is_sound, media_in, named
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
+from afferents.store.motion import TELL_SPEED
 from afferents.store.recording import RecordingSet, require_utf8
 
 MARK = "written by 'afferents init'"
@@ -88,6 +89,8 @@ def grid_sentence(session: RecordingSet) -> str:
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     n = len(session.speeds_mm_s)
     at = f"{n} speed{'s' * (n > 1)} ({speeds} mm/s)" if speeds else "unknown speed"
+    if not speeds and all({log.name for log in r.beside} & TELL_SPEED for r in session.recordings):
+        at = "speeds that are logged beside"
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
         f"({some_of(session.textures)}) at {at}."

@@ -60,6 +60,7 @@ from afferents.reporting.recording_figures import (
 )
 from afferents.reporting.style import save_figure
 from afferents.reporting.summary_text import what_was_lost
+from afferents.store.motion import series_sentences
 from afferents.store.recording import Recording, RecordingSet, natural_order
 from afferents.store.responses import Responses, named_by_spacing, speed_of
 from afferents.store.trimming import AUDIO_S, LAST_FRAME, cut_audio
@@ -448,7 +449,8 @@ def inspect_responses(
     found.sentences.append(
         f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
     )
-    found.sentences += notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences
+    notes = notes_in({str(r.attrs["name"]): r.attrs for r in recordings})
+    found.sentences += [*notes.sentences, *series_sentences(recordings), *notes.of_force]
     lost = {
         str(responses.attrs["name"]): share_lost(responses[dims.DETECTED], responses.attrs)
         for responses in recordings

@@ -99,16 +99,16 @@ def speed_picture(results: Results) -> ReportFigure:
         draw_chance(axes, summary.chance)
 
     return _picture(
-        results, f"accuracy-by-{split.leaks}", f"Accuracy by held-out {split.name}",
+        results, f"accuracy-by-{split.leaks}", f"Accuracy by held-out {split.title}",
         _marks(
             results,
-            f", where nothing of the held-out {split.name} was seen",
-            f", where the other half of that {split.name} picked the model",
+            f", where nothing of the held-out {split.title} was seen",
+            f", where the other half of that {split.title} picked the model",
         )
         + _bars(results)
         + "Crosses: the paper, measured on its own recordings. " * are_published(summary)
         + "The dashed line is chance.",
-        f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
+        f"Line chart of accuracy in percent against held-out {split.title}, a panel for each "
         "model. The same numbers stand in a table below.",
         model_order(summary), draw, f"held-out {split.axis}",
     )  # fmt: skip

@@ -113,7 +113,7 @@ def _confusion_pictures(results: Results, style: Figures) -> Iterator[ReportFigu
 
 def _matrices(results: Results) -> str:
     return (
-        f"Confusion matrices, one a held-out {results.split.name}: x true, y predicted texture. "
+        f"Confusion matrices, one a held-out {results.split.title}: x true, y predicted texture. "
         "Every column is in percent of that texture's own test samples, so it sums to 100%; grey "
         "columns have none. Titles give the accuracy. Where cells are large enough to be read, "
         f"those of {LEAST_WRITTEN:g}% and more carry their number."

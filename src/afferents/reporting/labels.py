@@ -195,7 +195,7 @@ def source_line(summary: Summary) -> str:
         control_asked(summary),
         spacing_note(summary),
         f"cut {summary.cut}",
-        "" if summary.split == SPEED else f"held out: {summary.split.name}",
+        "" if summary.split == SPEED else f"held out: {summary.split.title}",
         f"steady part {written(summary.steady_s)} s" if summary.steady_s else "",
         f"preset {summary.preset}{own}",
         f"afferents {summary.afferents}",

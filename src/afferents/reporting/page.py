@@ -127,7 +127,7 @@ def _rows(table: pd.DataFrame) -> list[tuple[tuple[str, ...], list[Any]]]:
 def facts(summary: Summary) -> list[tuple[str, str]]:
     """Return what was evaluated, as pairs of name and value."""
     split, groups = summary.split, summary.held_out_keys
-    title = "Speeds" if split == SPEED else f"Held out: {split.name}"
+    title = "Speeds" if split == SPEED else f"Held out: {split.title}"
     run = {protocol for _, protocol, _ in outcomes(summary)}
     titles = ", ".join(model_title(name, summary) for name in model_order(summary))
     abbreviated = [f"{one}: {what}" for one, what in ABBREVIATIONS.items()

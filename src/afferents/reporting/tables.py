@@ -171,7 +171,7 @@ def table1(summary: Summary) -> pd.DataFrame:
             "Model",
             *((PAPER_COLUMN,) if split == SPEED and papers else ()),
             *(f"Here, {title}" for title in titles.values()),
-            f"Worst {split.name} here",
+            f"Worst {split.title} here",
         ),
         rows,
     )
@@ -184,7 +184,7 @@ def short_table1(summary: Summary) -> pd.DataFrame:
     heads: dict[str, str] = {
         PAPER_COLUMN: "Paper",
         **{f"Here, {title}": f"Here, {name}" for name, title in PROTOCOL_TITLES.items()},
-        f"Worst {summary.split.name} here": "Worst",
+        f"Worst {summary.split.title} here": "Worst",
     }
     table = whole[[name for name in whole if not (both and heads.get(str(name)) == "Worst")]]
     table = table.rename(columns=heads)
@@ -263,7 +263,7 @@ def controls_table(summary: Summary) -> pd.DataFrame | None:
         f"Left out: {summary.controls_left_out}. "
         if summary.controls_left_out
         else "Percent that a linear discriminant on log spectra recognises, each "
-        f"{summary.split.name} left out in turn. What is recognised all the same does not rest on "
+        f"{summary.split.title} left out in turn. What is recognised all the same does not rest on "
         "what was taken. "
         + " ".join(f"{text[:1].upper()}{text[1:]}." for text in CONTROLS.values()),
         ("What is left", "Accuracy"),
@@ -285,7 +285,7 @@ def leak_table(summary: Summary) -> pd.DataFrame:
     split, heads = summary.split, _leaks_of(summary)
     return make_outcome_table(
         summary,
-        f"What was seen of the held-out {split.name} before the final test",
+        f"What was seen of the held-out {split.title} before the final test",
         f"Counted over all held-out {split.many} and seeds.",
         ("Test samples", *heads.values()),
         lambda found: (f"{found.n_test:,}", *(_leak(found.leaks.get(name)) for name in heads)),
@@ -302,7 +302,7 @@ def _leaks_of(summary: Summary) -> dict[str, str]:
         ),
         "test_samples_overlapping_validation": "… overlapping validation in time",
         "test_samples_overlapping_training": "… overlapping training in time",
-        f"scale_saw_held_out_{split.leaks}": f"Scale saw the held-out {split.name}",
+        f"scale_saw_held_out_{split.leaks}": f"Scale saw the held-out {split.title}",
     }
 
 
@@ -314,7 +314,7 @@ def _leak(value: bool | int | None) -> str:
 
 def leak_sentences(summary: Summary) -> list[str]:
     """Return one sentence a protocol that names its leaks, or says that there are none."""
-    name, sentences = summary.split.name, []
+    name, sentences = summary.split.title, []
     for protocol, title in PROTOCOL_TITLES.items():
         found = [one for _, its, one in outcomes(summary) if its == protocol]
         counts = [sum(one.leaks.get(leak) or 0 for one in found) for leak in _leaks_of(summary)]
@@ -343,7 +343,7 @@ def run_table(summary: Summary) -> pd.DataFrame:
         "How the models were trained",
         f"{'Speeds are in mm/s' if split == SPEED else split.many.capitalize()}: "
         "held out → validated by.",
-        ("Macro-F1", "Seeds", "Epochs", f"Validation {split.name}", "Time (s)"),
+        ("Macro-F1", "Seeds", "Epochs", f"Validation {split.title}", "Time (s)"),
         lambda found: (
             f"{found.macro_f1:.3f}",
             ", ".join(map(str, found.seeds)),
@@ -365,7 +365,7 @@ def _validation(summary: Summary, found: Outcome) -> str:
     if all(held_out == group for held_out, group in groups.items()):
         if not picked_by_tested(summary, found):
             return ABSENT
-        return f"the held-out {summary.split.name} itself"
+        return f"the held-out {summary.split.title} itself"
     return ", ".join(f"{held_out} → {group}" for held_out, group in groups.items())
 
 

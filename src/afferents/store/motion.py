@@ -29,6 +29,7 @@ NORMAL = "normal_force"
 """Attribute of a recording: the axis of force that is pressed along, with a minus if it is below 0
 while pressed."""
 _FEWEST = 5
+_STEP_S = 0.02
 _MM = {"m": 1000.0, "mm": 1.0}
 _FARTHEST_M = 20.0
 """No arm slides so far in one recording."""
@@ -146,8 +147,8 @@ def _speed(time_s: Values, values: Values, log: Beside) -> Series:
     way_m = float(np.linalg.norm(np.diff(place, axis=0), axis=1).sum()) * _MM[unit] / 1000
     if way_m > _FARTHEST_M:
         raise InputError(
-            f"expected poses in {unit}, found a way of {way_m:.0f} m; if they are in mm, say so "
-            "(units = 'mm, rad')"
+            f"expected poses in {unit}, found a way of {way_m:.0f} m; if they are in mm, say so in "
+            "a session file (units = 'mm, rad'), or divide them by 1000"
         )
     moved = differentiate(time_s, place)
     return Series(moved.time_s, moved.values * _MM[unit])
@@ -224,6 +225,29 @@ def force_along(responses: Responses) -> Series | None:
     force = responses[FORCE].sel({f"{FORCE}_axis": normal.lstrip("-")})
     values = force.values.astype(np.float64)
     return Series(force[f"{FORCE}_time"].values, -values if normal.startswith("-") else values)
+
+
+def steady_values(series: Series, responses: Responses) -> Values:
+    """Return the values of a series at regular moments of a recording's steady part."""
+    start, stop = steady_s(responses) or (0.0, length_s(responses))
+    values = series.at(np.arange(max(start, series.time_s[0]), stop, _STEP_S))
+    return values[np.isfinite(values)]
+
+
+def spread(values: Sequence[Values]) -> str:
+    """Return between which values all but 1% at either end lie, in words."""
+    low, high = np.quantile(np.concatenate(values), (0.01, 0.99))
+    return f"{low:.3g} to {high:.3g}"
+
+
+def series_sentences(recordings: Sequence[Responses]) -> list[str]:
+    """Say how speed and force go in the steady parts of recordings that keep them as series."""
+    found = []
+    for what, along, unit in (("Speed", speed_along, "mm/s"), ("Force", force_along, "N")):
+        kept = [(series, one) for one in recordings if (series := along(one)) is not None]
+        if values := [steady_values(series, one) for series, one in kept]:
+            found.append(f"{what} in {len(kept)} recordings: {spread(values)} {unit}.")
+    return found
 
 
 def has_speed(responses: Responses) -> bool:

@@ -74,7 +74,8 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
                 f"{store}: expected responses of this session, found {found}; choose another name"
             )
         if there:  # a store without any is as good as new
-            _require_same_sensor(store, earlier["sensor"], config["sensor"])
+            if "sensor" in earlier and "sensor" in config:
+                _require_same_sensor(store, earlier["sensor"], config["sensor"])
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return

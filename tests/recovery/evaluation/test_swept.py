@@ -5,6 +5,7 @@ microphone; how fast it goes by is known. Trials are held out.
 """
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -117,3 +118,27 @@ def test_samples_that_change_too_much_are_left_out(tmp_path):
     assert 0.1 < len(fewer.predictions) / len(all_of.predictions) < 0.9
     with pytest.raises(InputError, match="--speed-change: expected samples whose speed"):
         afferents.evaluate(Slides("swept"), tmp_path / "c", speed_change=0.01, **options, **short)
+
+
+@pytest.mark.system
+def test_a_sweep_goes_all_the_way(run, tmp_path):
+    def does(*words):
+        code, out, err = run(*words)
+        assert code == 0, err
+        return out
+
+    session, store = tmp_path / "S", tmp_path / "S.zarr"
+    few = ("--textures", "2,4", "--repetitions", "2", "--seconds", "6", "--workers", "1")
+    does("simulate", session, "--sweep", "20:80", *few, "--quiet")
+    assert "at speeds that are logged beside" in does("inspect", session, "--out", tmp_path / "i")
+    does("extract", session, store, "--workers", "1", "--quiet")
+    said = does("inspect", store, "--out", tmp_path / "j")
+    assert re.search(r"Speed in 4 recordings: (19|20)\S* to (79|80|81)\S* mm/s", said)
+    assert "Force in 4 recordings: 0.0" in said
+    bands = ("--split", "speed", "--bands", "35,65", "--workers", "1", "--quiet")
+    does("evaluate", store, "--out", tmp_path / "B", "--models", "sa-wave-vector", *bands)
+    heard = ("--models", "order-te-speed-known", "--window-s", "0.3", "--stride-s", "0.1")
+    does("evaluate", store, "--out", tmp_path / "H", *heard, *bands)
+    assert "bands of speed" in does("report", tmp_path / "B", "--quiet")
+    force = ("--split", "force", "--bands", "2", "--protocol", "published", "--quiet")
+    does("evaluate", store, "--out", tmp_path / "F", "--models", "sa-wave-vector", *force)

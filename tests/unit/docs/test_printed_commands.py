@@ -26,6 +26,7 @@ NTP = "needs the set; on files of its form: " + (
     "test_printed_textures_under_nine_taxels_are_learnt_from"
 )
 BENCHMARK = "needs data and entries; on a task of its own: tests/unit/benchmark"
+SWEPT = "needs slides whose speed changes: test_a_sweep_goes_all_the_way"
 NOT_RUN = {
     "afferents fetch pestell2022 DATA": FETCHED,
     "afferents fetch fabricslide FABRIC": FETCHED,
@@ -47,6 +48,17 @@ NOT_RUN = {
     "--preset fast --protocol both --window-s 0.15 --stride-s 0.05 --fft-points 44100": (
         "needs recordings in which each drum turns once: test_results_name_the_split_and_its_arcs"
     ),
+    "afferents extract arms/swept SWEPT.zarr": SWEPT,
+    "afferents evaluate SWEPT.zarr --out BANDS --split speed --bands 35,65 "
+    "--models sa-wave-vector": SWEPT,
+    "afferents report BANDS": SWEPT,
+    "afferents inspect RUNS.zarr": SWEPT,
+    "afferents evaluate RUNS.zarr --out BANDS --split speed --bands 35,65 "
+    "--models sa-wave-vector": SWEPT,
+    "afferents evaluate RUNS.zarr --out FORCES --split force --bands 3 "
+    "--models sa-wave-vector": SWEPT,
+    "afferents evaluate RUNS.zarr --out HEARD --split speed --bands 35,65 "
+    "--models order-te-speed-known --window-s 0.5 --stride-s 0.25": SWEPT,
     "afferents benchmark run rig/speed --models chance,sa-wave-vector": (
         "simulates for a minute; on a smaller rig: test_the_rigs_task_makes_its_own_data"
     ),

@@ -149,3 +149,19 @@ def test_the_name_says_the_bands():
     for split, bands in (("trial", "2,3"), ("speed", "fast"), ("speed", "2,,3")):
         with pytest.raises(InputError, match="--bands: expected"):
             name_of(split, bands)
+
+
+def test_what_is_wrong_with_edges_is_said_with_the_range(swept):
+    with pytest.raises(InputError, match=r"which goes from 20\.\d to 79\.\d mm/s, found 200, 300"):
+        split_named("speed-200-300").groups_of(swept)
+    constant = [recording("a/1", "a", nominal=20.0), recording("a/2", "a", nominal=40.0)]
+    with pytest.raises(InputError, match="found 50, which is more than the speed tells apart"):
+        split_named("speed-in-50").groups_of(constant)
+
+
+def test_quantiles_settle_to_edges(swept):
+    settled = split_named("force-in-2").settled(swept)
+    assert settled.name == "force-2"
+    assert settled.printed("0") == "force 0 to 2 N"
+    assert settled.title == "band of force"
+    assert split_named("speed").settled(swept) is split_named("speed")
