@@ -41,6 +41,9 @@ from .encodings.images import (
 from .encodings.images import (
     spatiotemporal_samples as spatiotemporal_samples,
 )
+from .encodings.log_spectra import (
+    LogSpectra as LogSpectra,
+)
 from .encodings.orders import (
     OrderEncoding as OrderEncoding,
 )
