@@ -62,6 +62,9 @@ from .encodings.wavenumbers import (
 from .evaluation.evaluate import (
     evaluate as evaluate,
 )
+from .evaluation.intervals import (
+    accuracy_interval as accuracy_interval,
+)
 from .evaluation.results import (
     load_results as load_results,
 )
