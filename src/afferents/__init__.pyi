@@ -65,6 +65,12 @@ from .evaluation.evaluate import (
 from .evaluation.intervals import (
     accuracy_interval as accuracy_interval,
 )
+from .evaluation.on_arrays import (
+    ControlsFound as ControlsFound,
+)
+from .evaluation.on_arrays import (
+    controls as controls,
+)
 from .evaluation.results import (
     load_results as load_results,
 )
