@@ -219,7 +219,7 @@ def _numbers(X: Any) -> NDArray[Any]:  # noqa: N803
         raise InputError(f"{expected}, found {found}; cut windows of one length")
     if x.ndim < 2:
         raise InputError(f"{expected}, found shape {x.shape}; one feature is X[:, np.newaxis]")
-    if (bad := np.flatnonzero(~np.isfinite(x).reshape(len(x), -1).all(axis=1))).size:
+    if (bad := np.flatnonzero(~np.isfinite(x).all(axis=tuple(range(1, x.ndim))))).size:
         raise InputError(
             f"{expected}, found NaN or infinity in {bad.size} of {len(x)} samples, the first at "
             f"{bad[0]}; fill them or leave these samples out"

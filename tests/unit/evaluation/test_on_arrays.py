@@ -280,6 +280,7 @@ def refusals(x, y, speed):
     yield "X: .*object values", {"X": np.array([*x, None], dtype=object)[:-1]}
     yield r"X: .*found shape \(72,\); one feature", {"X": features[:, 0]}
     yield "groups: expected at least 2, .*found 1", {"groups": ["a"] * len(y)}
+    yield "groups: expected at least 2, .*found 0", {"X": x[:0], "y": [], "groups": []}
     yield "groups: .*found each in one alone", {"groups": y}
     yield (
         "groups: .*found none for 1 of 72, the first at 2",
