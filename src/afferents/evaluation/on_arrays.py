@@ -137,6 +137,11 @@ def controls(
     chance             33.3
     Left out: shuffled, offsets and amplitudes, since X of shape (120, 3) has no time axis.
     """
+    if isinstance(model, type) or not (hasattr(model, "fit") or callable(model)):
+        raise InputError(
+            "the model: expected an object with fit and predict, or a function, found "
+            f"{model!r}; make an object of a class first, as in RidgeClassifier()"
+        )
     x, labels, of, names = _checked(X, y, groups, recordings)
     folds = list(LeaveOneGroupOut().split(x, groups=of))
     if (timed := x.ndim > 2) and not 0 < time_axis < x.ndim:

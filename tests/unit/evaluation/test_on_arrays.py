@@ -289,6 +289,8 @@ def refusals(x, y, speed):
     yield "groups: expected the group of every sample", {"groups": None}
     yield r"groups: expected a list, .*\(72, 1\)", {"groups": speed[:, None]}
     yield "time_axis: expected .*1 to 2, found 3", {"time_axis": 3}
+    yield "the model: expected an object .*found <class", {"model": RidgeClassifier}
+    yield "the model: expected an object .*found None", {"model": None}
     yield "y: .*found 0.5; regression is not meant", {"y": np.arange(len(y)) / 2}
     yield "y: .*found none for 1 of 72", {"y": [None, *y[1:]]}
     yield "recordings: expected one texture in each, found 3", {"recordings": speed}
