@@ -41,6 +41,9 @@ from .encodings.images import (
 from .encodings.images import (
     spatiotemporal_samples as spatiotemporal_samples,
 )
+from .encodings.log_spectra import (
+    LogSpectra as LogSpectra,
+)
 from .encodings.orders import (
     OrderEncoding as OrderEncoding,
 )
@@ -58,6 +61,15 @@ from .encodings.wavenumbers import (
 )
 from .evaluation.evaluate import (
     evaluate as evaluate,
+)
+from .evaluation.intervals import (
+    accuracy_interval as accuracy_interval,
+)
+from .evaluation.on_arrays import (
+    ControlsFound as ControlsFound,
+)
+from .evaluation.on_arrays import (
+    controls as controls,
 )
 from .evaluation.results import (
     load_results as load_results,

@@ -25,7 +25,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.folds.controls import CONTROLS, controls_of
+from afferents.folds.controls import CONTROLS, controls_of, stands_out
 from afferents.models.model import MODELS, Model, models_in
 from afferents.plugins import import_extra
 from afferents.progress import Progress
@@ -233,9 +233,8 @@ def _encodings(model: Model, config: dict[str, Any]) -> dict[str, Any]:
 def _knew_labels(entry: Entry) -> str:
     """Return why a model is refused: it stays accurate where labels are exchanged. Or nothing."""
     permuted = entry.controls.get("permuted", entry.chance)
-    above, known = entry.mean - entry.chance, permuted - entry.chance
-    by_chance = 2 * (entry.chance * (1 - entry.chance) / entry.data.recordings) ** 0.5
-    if above <= 0 or known <= max(above / 2, 0.1, by_chance):
+    is_known = stands_out(permuted, entry.mean, entry.chance, entry.data.recordings)
+    if entry.mean <= entry.chance or not is_known:
         return ""
     return (
         f"{entry.model}: expected accuracy near chance ({entry.chance:.2f}) once textures are "

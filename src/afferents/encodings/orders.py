@@ -30,7 +30,7 @@ _PADDING = 4
 _LEAST_POWER = 1e-20
 _OCTAVES = 9
 """Octaves below the highest frequency that whole recordings of a low rate are looked at."""
-_PERIODS = 2
+PERIODS = 2
 """Of a wave that a recording must hold for it to count as heard."""
 _COARSE = 8
 """Frequencies in a factor of 2, where several channels bring cross-spectra as well."""
@@ -79,7 +79,7 @@ class OrderEncoding(WindowEncoding):
             chosen["stride_s"] = window_s / 2
         lowest = given.get("lowest_hz", usual)
         if is_whole and highest < default.highest_hz and "lowest_hz" not in given:
-            lowest = max(highest / 2**_OCTAVES, _PERIODS / signal.longest_s)
+            lowest = max(highest / 2**_OCTAVES, PERIODS / signal.longest_s)
         chosen |= {"lowest_hz": lowest} | cls._axis(signal, lowest, highest, is_whole)
         if signal.n_channels > 1:
             chosen["bins_per_octave"] = _COARSE
@@ -93,7 +93,7 @@ class OrderEncoding(WindowEncoding):
         default = cls()
         low, high = lowest / signal.slowest_mm_s, highest / signal.fastest_mm_s
         if is_whole:
-            low = max(low, _PERIODS / signal.least_mm)
+            low = max(low, PERIODS / signal.least_mm)
         if high < 2 * low:
             low, high = lowest / signal.fastest_mm_s, highest / signal.slowest_mm_s
         usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
@@ -122,15 +122,16 @@ class OrderEncoding(WindowEncoding):
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
         highest = audible_hz(rate, self.highest_hz)
-        return _geometric(self.lowest_hz, highest, self.bins_per_octave)
+        return geometric(self.lowest_hz, highest, self.bins_per_octave)
 
     @property
     def per_mm(self) -> NDArray[np.float64]:
         """The textures' own axis, cycles per mm."""
-        return _geometric(self.lowest_per_mm, self.highest_per_mm, self.bins_per_octave)
+        return geometric(self.lowest_per_mm, self.highest_per_mm, self.bins_per_octave)
 
 
-def _geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
+def geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
+    """Return so many frequencies in each factor of 2, from the lowest on."""
     steps = math.floor(math.log2(high / low) * per_octave + 1e-9)
     return np.asarray(low * 2.0 ** (np.arange(steps + 1) / per_octave))
 
@@ -144,10 +145,7 @@ def _features(
 ) -> NDArray[np.float64]:
     """Return the features of one window (time, channel), shape (feature, frequency)."""
     n = len(window)
-    points = scipy.fft.next_fast_len(_PADDING * n, real=True)
-    tapered = (window - window.mean(axis=0)) * np.hanning(n)[:, None]
-    spectrum = scipy.fft.rfft(tapered.T, points, axis=1) / math.sqrt(n)
-    axis = np.arange(spectrum.shape[1]) * rate / points
+    spectrum, axis = _spectra(window, rate)
     bands = _bands(axis, frequencies, encoding.bins_per_octave, rate / n)
     masked = encoding.mask.masks(axis, speed_mm_s, LINE_WIDTH * rate / n)
     power = _means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked), bands)
@@ -158,6 +156,29 @@ def _features(
     cross = _means(spectrum * np.conj(mean), bands)
     coherency = cross / np.sqrt(power * _means(np.abs(mean) ** 2 + _LEAST_POWER, bands))
     return np.concatenate([np.log(power), 2 * coherency.real, 2 * np.abs(coherency.imag)])
+
+
+def log_power(
+    windows: NDArray[np.floating],
+    rate_hz: float,
+    frequencies: NDArray[np.float64],
+    bins_per_octave: int,
+) -> NDArray[np.float64]:
+    """Return log power round frequencies, (..., channel, frequency), of (..., time, channel)."""
+    spectra, axis = _spectra(windows, rate_hz)
+    bands = _bands(axis, frequencies, bins_per_octave, rate_hz / windows.shape[-2])
+    return np.asarray(np.log(_means(np.abs(spectra) ** 2 + _LEAST_POWER, bands)))
+
+
+def _spectra(
+    windows: NDArray[np.floating], rate_hz: float
+) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """Return spectra (..., channel, frequency) of windows (..., time, channel), and their axis."""
+    n = windows.shape[-2]
+    points = scipy.fft.next_fast_len(_PADDING * n, real=True)
+    tapered = (windows - windows.mean(axis=-2, keepdims=True)) * np.hanning(n)[:, None]
+    spectra = scipy.fft.rfft(np.swapaxes(tapered, -1, -2), points, axis=-1) / math.sqrt(n)
+    return spectra, np.arange(spectra.shape[-1]) * rate_hz / points
 
 
 def _bands(
@@ -175,10 +196,11 @@ def _bands(
 
 
 def _means(spectra: NDArray[Any], bands: NDArray[np.int64]) -> NDArray[Any]:
-    """Return the means of spectra (channel, frequency) over bands.
+    """Return the means of spectra (..., channel, frequency) over bands.
 
     Each band is summed by itself: a difference of running sums loses what is faint.
     """
-    padded = np.pad(spectra, ((0, 0), (0, 1)))  # so that a band may stop at the end
-    total = np.add.reduceat(padded, bands.ravel(), axis=1)[:, ::2]
+    # so that a band may stop at the end
+    padded = np.pad(spectra, [(0, 0)] * (spectra.ndim - 1) + [(0, 1)])
+    total = np.add.reduceat(padded, bands.ravel(), axis=-1)[..., ::2]
     return np.asarray(total / np.diff(bands).T)

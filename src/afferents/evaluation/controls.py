@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from afferents import dims
 from afferents.channels import CHANNELS
@@ -12,10 +11,9 @@ from afferents.choices import flag_of
 from afferents.encodings.samples import labels_of, textures_of
 from afferents.errors import InputError
 from afferents.evaluation.encode import Source, encode_all, has, kept_part
-from afferents.evaluation.intervals import bootstrap_unit_of
+from afferents.evaluation.intervals import accuracies_of, bootstrap_unit_of, predictions_of
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
-from afferents.evaluation.summary import accuracies_of
 from afferents.folds.controls import controlled, controls_of
 from afferents.models.fit_solved import predict_left_out
 from afferents.progress import Progress
@@ -87,11 +85,6 @@ def _asked(
     values = samples.values.reshape(len(samples), -1)
     sharing = np.array([split.sharing(of, group) for group in of.tolist()])
     named = predict_left_out(values, labels_of(samples), groups, sharing)
-    predictions = pd.DataFrame({
-        split.column: split.of(samples),
-        "recording": samples[dims.RECORDING].values,
-        "true_texture": samples[dims.TEXTURE].values,
-        "predicted_texture": np.array(textures_of(samples))[named],
-    })  # fmt: skip
-    unit = bootstrap_unit_of(len(recipe.data), predictions)
-    return Accuracies(**accuracies_of(predictions, unit))
+    textures = samples[dims.TEXTURE].values, np.array(textures_of(samples))[named]
+    table = predictions_of(*textures, split.of(samples), samples[dims.RECORDING].values)
+    return Accuracies(**accuracies_of(table, bootstrap_unit_of(len(recipe.data), table)))

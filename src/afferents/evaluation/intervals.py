@@ -3,15 +3,18 @@
 Recordings of several sessions are told apart by the number of theirs, which stands before the name.
 """
 
-from typing import Final, Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from afferents.errors import InputError
-from afferents.evaluation.schemas import Difference
-from afferents.folds.held_out import Group, column_of, group_in, order
+from afferents.evaluation.metrics import accuracy_by_group
+from afferents.evaluation.schemas import Accuracies, Difference
+from afferents.folds.held_out import Group, Split, column_of, group_in, key_of, order
+from afferents.folds.splits import groups_of_samples
 
 TEXTURE: Final = "texture"
 SESSION: Final = "session"
@@ -170,6 +173,81 @@ def intervals_by_group(accuracy: Accuracy) -> dict[Group, Interval]:
         right, n = accuracy.counts[group].sum(axis=1).T
         found[group] = interval_of(float(right.sum() / n.sum()), drawn, int(np.sum(n > 0)))
     return found
+
+
+def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
+    """Return the fields of means, intervals and worst group of samples, recordings or touches."""
+    by_group = accuracy_by_group(predictions)
+    accuracy = Accuracy(count_right(predictions, bootstrap_unit))
+    intervals = intervals_by_group(accuracy)
+    worst = min(by_group, key=lambda group: by_group[group])
+    return {
+        "mean_accuracy": sum(by_group.values()) / len(by_group),
+        "ci95": bootstrap_interval(accuracy),
+        "by": {key_of(group): share for group, share in by_group.items()},
+        "ci95_by": {key_of(group): interval for group, interval in intervals.items()},
+        "worst": key_of(worst),
+    }
+
+
+def accuracy_interval(y: ArrayLike, predicted: ArrayLike, groups: ArrayLike) -> Accuracies:
+    """Return the share recognised, mean over groups held out, with its interval as in `evaluate`.
+
+    The interval says how much the accuracy would differ with other textures; it is 0 to 1 of a
+    single one.
+
+    Parameters
+    ----------
+    y, predicted
+        True and predicted texture of every sample, (n,).
+    groups
+        What was held out when a sample was tested, such as its speed, (n,).
+
+    Returns
+    -------
+    Accuracies
+        `mean_accuracy`, its `ci95` (low, high), `by` group and `ci95_by` group: shares, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If they differ in length, or a sample has no group.
+
+    Examples
+    --------
+    >>> found = accuracy_interval(list("ababab"), list("ababbb"), [10, 10, 20, 20, 40, 40])
+    >>> found.mean_accuracy, found.by
+    (0.8333333333333334, {'10': 1.0, '20': 1.0, '40': 0.5})
+    """
+    columns = {"y": y, "predicted": predicted, "groups": groups_of_samples(groups)}
+    require_equal_lengths(columns)
+    table = predictions_of(y, predicted, columns["groups"], columns["groups"])
+    return Accuracies(**accuracies_of(table, TEXTURE))
+
+
+def predictions_of(
+    y: ArrayLike, predicted: ArrayLike, groups: ArrayLike, recordings: ArrayLike
+) -> pd.DataFrame:
+    """Return a table of predictions, a row a sample, as `count_right` reads it."""
+    return pd.DataFrame({
+        Split.column: np.asarray(groups),
+        "recording": np.asarray(recordings),
+        "true_texture": np.asarray(y),
+        "predicted_texture": np.asarray(predicted),
+    })  # fmt: skip
+
+
+def require_equal_lengths(arrays: Mapping[str, Any]) -> None:
+    """Refuse arrays, by their names, that are not all of as many samples.
+
+    Raises
+    ------
+    InputError
+        Saying how many each has.
+    """
+    if len({len(one) for one in arrays.values()}) > 1:
+        found = ", ".join(map(str, map(len, arrays.values())))
+        raise InputError(f"{', '.join(arrays)}: expected as many samples in each, found {found}")
 
 
 def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float = 0.0) -> Interval:

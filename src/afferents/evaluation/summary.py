@@ -13,15 +13,13 @@ from afferents import dims
 from afferents.evaluation.fold_files import FoldFacts, FoldKey, load_fold
 from afferents.evaluation.intervals import (
     Accuracy,
-    bootstrap_interval,
+    accuracies_of,
     bootstrap_unit_of,
     count_right,
-    intervals_by_group,
     paired_difference,
 )
 from afferents.evaluation.metrics import (
     TOUCHES_S,
-    accuracy_by_group,
     confusion,
     inside_speeds,
     macro_f1,
@@ -200,21 +198,6 @@ def _with_inside(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, An
     inner = inside_speeds(predictions)
     inside = Accuracies(**accuracies_of(inner, bootstrap_unit)) if len(inner) else None
     return {**accuracies_of(predictions, bootstrap_unit), "inside": inside}
-
-
-def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
-    """Return the fields of means, intervals and worst group of samples, recordings or touches."""
-    by_group = accuracy_by_group(predictions)
-    accuracy = Accuracy(count_right(predictions, bootstrap_unit))
-    intervals = intervals_by_group(accuracy)
-    worst = min(by_group, key=lambda group: by_group[group])
-    return {
-        "mean_accuracy": sum(by_group.values()) / len(by_group),
-        "ci95": bootstrap_interval(accuracy),
-        "by": {key_of(group): share for group, share in by_group.items()},
-        "ci95_by": {key_of(group): interval for group, interval in intervals.items()},
-        "worst": key_of(worst),
-    }
 
 
 def _of_touches(

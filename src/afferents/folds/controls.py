@@ -6,6 +6,7 @@ mistake of whoever made the data or the model.
 
 import zlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,8 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.folds.corruption import of_no_digest, with_markers
 from afferents.folds.held_out import Split, order
-from afferents.store.responses import Responses, read_whole, steady_s, textures_of
+from afferents.store.recording import natural_order
+from afferents.store.responses import Responses, read_whole, steady_s
 
 CONTROLS: dict[str, str] = {
     "permuted": "labels permuted: in each group textures are named otherwise",
@@ -66,7 +68,7 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
 
 
 def _permuted(recordings: Sequence[Responses], split: Split) -> list[Responses]:
-    """Name textures otherwise in each group: by the next in the list, the next but one, ...
+    """Name textures otherwise in each group.
 
     So what is learnt of a texture in one group is false in another, however few textures there are.
     """
@@ -76,15 +78,67 @@ def _permuted(recordings: Sequence[Responses], split: Split) -> list[Responses]:
             f"{split.name}, where both sides of a recording would have one false texture"
         )
     groups = split.by_recording(recordings)
+    of = np.array([groups[str(one.attrs["name"])] for one in recordings])
+    named = exchanged(np.array([str(one.attrs[dims.TEXTURE]) for one in recordings]), of).tolist()
+    return [
+        one.assign_attrs({dims.TEXTURE: its}) for one, its in zip(recordings, named, strict=True)
+    ]
+
+
+def exchanged(labels: NDArray[Any], groups: NDArray[Any]) -> NDArray[Any]:
+    """Return labels (n,) by which textures are named otherwise in each group, (n,).
+
+    In the first group as they are, in the next by the next in a list, then by the next but one.
+    """
+    found, number = np.unique(labels, return_inverse=True)
+    in_order = np.array(sorted(range(len(found)), key=lambda n: natural_order(str(found[n]))))
     # in no order of their own: the next coarser drum at the next slower speed may be as loud
-    textures = np.random.default_rng(0).permutation(textures_of(recordings)).tolist()
-    rank = {group: n for n, group in enumerate(sorted(set(groups.values()), key=order))}
+    listed = np.random.default_rng(0).permutation(in_order)
+    rank = {group: n for n, group in enumerate(sorted(set(groups.tolist()), key=order))}
+    place = np.argsort(listed)[number] + np.array([rank[group] for group in groups.tolist()])
+    return np.asarray(found[listed[place % len(found)]])
 
-    def named(responses: Responses) -> str:
-        place = textures.index(str(responses.attrs[dims.TEXTURE]))
-        return str(textures[(place + rank[groups[str(responses.attrs["name"])]]) % len(textures)])
 
-    return [one.assign_attrs({dims.TEXTURE: named(one)}) for one in recordings]
+def stands_out(left: float, own: float, chance: float, n_recordings: int) -> bool:
+    """Return whether a control leaves so much that the model's accuracy may rest on it.
+
+    That is half of what the model has above chance, 10 points, and more than chance alone gives.
+
+    Parameters
+    ----------
+    left, own, chance
+        Accuracy under the control, the model's, and that of a constant answer: shares, 0 to 1.
+    """
+    by_chance = 2 * (chance * (1 - chance) / n_recordings) ** 0.5
+    return bool(left - chance > max((own - chance) / 2, 0.1, by_chance))
+
+
+def rng_of(recording: str) -> np.random.Generator:
+    """Return what draws for a recording: the same numbers in every process."""
+    return np.random.default_rng(zlib.crc32(recording.encode()))
+
+
+def spread_of(values: Floats) -> float:
+    """Return the standard deviation over time of a series (time, ...), mean over its channels."""
+    return float(np.nanmean(np.nanstd(values, axis=0)))
+
+
+def left_of(values: Floats, control: str, usual: float, rng: np.random.Generator) -> Floats:
+    """Return what a control leaves of a series (time, ...).
+
+    Parameters
+    ----------
+    control
+        `shuffled`, `offsets` or `amplitudes`.
+    usual
+        Standard deviation of the noise over `offsets`: that of the median recording.
+    """
+    if control == "shuffled":
+        return np.asarray(rng.permutation(values, axis=0))
+    noise = rng.standard_normal(values.shape)
+    if control == "offsets":
+        return np.asarray(np.nanmean(values, axis=0) + usual * noise, values.dtype)
+    return np.asarray(np.nanstd(values, axis=0) * noise, values.dtype)
 
 
 class _Series:
@@ -92,15 +146,14 @@ class _Series:
 
     def __init__(self, responses: Responses) -> None:
         self.responses = responses
-        self.rng = np.random.default_rng(zlib.crc32(str(responses.attrs["name"]).encode()))
+        self.rng = rng_of(str(responses.attrs["name"]))
         self.whole = {
             name: read_whole(responses, name)
             for name in (dims.RA2, dims.POSITION)
             if name in responses
         }
         self.spread = {
-            name: float(np.nanmean(np.nanstd(one.values[self._used(name)], axis=0)))
-            for name, one in self.whole.items()
+            name: spread_of(one.values[self._used(name)]) for name, one in self.whole.items()
         }
 
     def _used(self, name: str) -> slice:
@@ -127,18 +180,10 @@ class _Series:
             rest = read_whole(found, dims.REST_POSITION) if name == dims.POSITION else None
             values = one.values - (0 if rest is None else rest.values)
             used = self._used(name)
-            values[used] = self._left(values[used], control, usual[name])
+            values[used] = left_of(values[used], control, usual[name], self.rng)
             if rest is None:
                 found = found.assign({name: of_no_digest(one.copy(data=values))})
             else:
                 moved = of_no_digest(one.copy(data=(values + rest.values).astype(one.dtype)))
                 found = with_markers(found, moved, rest)
         return found
-
-    def _left(self, values: Floats, control: str, usual: float) -> Floats:
-        if control == "shuffled":
-            return np.asarray(self.rng.permutation(values, axis=0))
-        mean, spread = np.nanmean(values, axis=0), np.nanstd(values, axis=0)
-        noise = self.rng.standard_normal(values.shape)
-        left: Floats = mean + usual * noise if control == "offsets" else spread * noise
-        return np.asarray(left, values.dtype)

@@ -5,22 +5,27 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, LeakageError
-from afferents.folds.held_out import SPEED, Group, Split, order
+from afferents.folds.held_out import SPEED, Group, Split, key_of, order
 from afferents.folds.protocol import PROTOCOLS, Fold, Indices, Protocol
 
 
 @dataclass
 class LeaveOneGroupOut:
-    """Hold out one group at a time; what validates the training depends on the protocol.
+    """Hold out one group at a time, in turn.
 
     A random split would put neighbouring frames (11 ms apart) and overlapping windows on both
     sides and report memory as recognition; holding whole groups out prevents that bias: whole
     speeds, or trials, or whatever the split says. A recording is of one group.
+
+    `split` is what scikit-learn calls, as in ``cross_val_score(..., groups=speeds, cv=self)``:
+    all other groups train, since such estimators need no validation, and all of the held-out
+    group is tested. `folds` sets validation samples aside, as the protocol says:
 
     ==============  ====================================  ======================================
     protocol        nested                                published
@@ -38,9 +43,9 @@ class LeaveOneGroupOut:
     >>> trials = ["1", "1", "2", "2", "10", "10"]
     >>> for train, test in LeaveOneGroupOut().split(trials, groups=trials):
     ...     print(train, test)
-    [4 5] [0 1]
-    [0 1] [2 3]
-    [0 1] [4 5]
+    [2 3 4 5] [0 1]
+    [0 1 4 5] [2 3]
+    [0 1 2 3] [4 5]
     """
 
     protocol: Protocol = field(default_factory=lambda: PROTOCOLS["nested"])
@@ -50,7 +55,7 @@ class LeaveOneGroupOut:
 
     def get_n_splits(self, X: Any = None, y: Any = None, groups: ArrayLike | None = None) -> int:  # noqa: N803
         """Return the number of groups."""
-        return len(np.unique(_required(groups)))
+        return len(np.unique(groups_of_samples(groups)))
 
     def split(
         self,
@@ -60,14 +65,17 @@ class LeaveOneGroupOut:
     ) -> Iterator[tuple[Indices, Indices]]:
         """Yield (train, test) for each group in order; `groups` are the speeds, mm/s, or names.
 
-        Samples are taken to stand in the order of time, one recording a group; use `folds`
-        where there are several.
+        All other groups train; nothing is set aside for validation.
+
+        Raises
+        ------
+        InputError
+            If a sample has no group, or there is one group alone.
         """
-        given = np.asarray(_required(groups))
-        of = given.astype(float if given.dtype.kind in "biuf" else np.str_)
-        names = of.astype(np.str_)
-        for fold in self._folds(of, names, names):
-            yield fold.train, fold.test
+        of = groups_of_samples(groups)
+        for group in self._ranked(of):
+            train = ~self.what.sharing(of, group)
+            yield np.flatnonzero(train), np.flatnonzero(of == group)
 
     def folds(self, samples: Samples) -> Iterator[Fold]:
         """Yield the folds of `samples`, the groups held out in order.
@@ -153,9 +161,9 @@ class LeaveOneSpeedOut(LeaveOneGroupOut):
     >>> speeds = [10, 10, 20, 20, 30, 30]
     >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
     ...     print(train, test)
-    [4 5] [0 1]
-    [0 1] [2 3]
-    [0 1] [4 5]
+    [2 3 4 5] [0 1]
+    [0 1 4 5] [2 3]
+    [0 1 2 3] [4 5]
     """
 
 
@@ -168,12 +176,35 @@ def number_in_recording(recordings: NDArray[Any]) -> Indices:
     return number
 
 
-def _required(groups: ArrayLike | None) -> ArrayLike:
+def groups_of_samples(groups: ArrayLike | None) -> NDArray[Any]:
+    """Return the groups of samples, (n_samples,): numbers, or texts where any is none.
+
+    Raises
+    ------
+    InputError
+        If there are none, they are no list, or one is missing.
+    """
     if groups is None:
         raise InputError(
             "groups: expected the group of every sample, such as its speed, found none"
         )
-    return groups
+    given = np.asarray(groups)
+    if given.ndim != 1:
+        raise InputError(
+            f"groups: expected a list, one group a sample, found an array of shape {given.shape}"
+        )
+    of = pd.Series(given).infer_objects()
+    if (missing := np.flatnonzero(of.isna())).size:
+        raise InputError(
+            f"groups: expected the group of every sample, found none for {missing.size} of "
+            f"{len(of)}, the first at {missing[0]}; leave these samples out"
+        )
+    if not pd.api.types.is_numeric_dtype(of):
+        return of.astype(str).to_numpy().astype(np.str_)
+    numbers = of.to_numpy(float)
+    if all(float(key_of(number)) == number for number in np.unique(numbers).tolist()):
+        return numbers
+    return np.array([f"{number:.15g}" for number in numbers.tolist()])  # days, as 20240131
 
 
 # What of the group held out, by default a speed, was seen before the final test.

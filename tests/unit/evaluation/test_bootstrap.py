@@ -9,6 +9,7 @@ from afferents.evaluation.intervals import (
     SESSION,
     TEXTURE,
     Accuracy,
+    accuracy_interval,
     bootstrap_interval,
     bootstrap_unit_of,
     count_right,
@@ -147,3 +148,16 @@ def test_sessions_are_drawn_where_each_group_was_tested_in_several():
     apart = [*samples_of([0.5], (10.0,), session="1:"), *samples_of([0.5], (20.0,), session="2:")]
     assert bootstrap_unit_of(2, table(apart)) == TEXTURE  # a session is a group
     assert bootstrap_unit_of(1, table(first)) == TEXTURE
+
+
+def test_an_interval_is_a_function_of_what_is_named():
+    y, speeds = np.tile(list("abc"), 4), (10, 20, 40, 80)
+    speed = np.repeat(speeds, 3)
+    found = accuracy_interval(y, np.where(speed == 80, "a", y), speed)
+    assert found.mean_accuracy == pytest.approx(10 / 12)
+    assert found.ci95[0] < 10 / 12 < found.ci95[1]
+    assert found.by["80"] == pytest.approx(1 / 3)
+    days = accuracy_interval(y, y, 20240100 + speed)  # numbers of more digits than a speed has
+    assert list(days.by) == ["20240110", "20240120", "20240140", "20240180"]
+    with pytest.raises(InputError, match=r"y, predicted, groups: .*found 12, 11, 12"):
+        accuracy_interval(y, y[1:], speed)

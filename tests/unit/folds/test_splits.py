@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 from sklearn.dummy import DummyClassifier
+from sklearn.linear_model import RidgeClassifier
 from sklearn.model_selection import cross_val_score
 
+from afferents import LeaveOneGroupOut
 from afferents.errors import InputError
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneSpeedOut, number_in_recording
@@ -74,3 +76,20 @@ def test_single_windows_are_halved_by_recording(samples):
     texture = one["texture"].values
     for part in (fold.validation, fold.test):
         assert sorted(texture[part]) == ["a"] * 3 + ["b"] * 3
+
+
+@pytest.mark.parametrize("splitter", [LeaveOneSpeedOut(), LeaveOneGroupOut()])
+@pytest.mark.parametrize("kind", [int, float, str])
+def test_for_scikit_learn_all_other_groups_train(splitter, kind):
+    speed = np.repeat([10, 20, 40, 80], 6)
+    y = np.tile([0, 1], 12)
+    groups = speed.astype(kind)
+    scores = cross_val_score(RidgeClassifier(), y[:, None], y, groups=groups, cv=splitter)
+    assert scores.tolist() == [1.0] * splitter.get_n_splits(groups=groups) == [1.0] * 4
+    for held_out, (train, test) in zip(
+        (10, 20, 40, 80), splitter.split(y, groups=groups), strict=True
+    ):
+        assert set(speed[test]) == {held_out}
+        assert sorted([*train, *test]) == list(range(len(y)))
+    with pytest.raises(InputError, match="at least 2"):
+        next(splitter.split(y, groups=["a"] * len(y)))

@@ -1,0 +1,341 @@
+"""Controls of any model on anybody's arrays: those that `evaluate` asks of recordings."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from afferents.errors import InputError, reading
+from afferents.evaluation.intervals import (
+    accuracy_interval,
+    predictions_of,
+    require_equal_lengths,
+)
+from afferents.evaluation.schemas import Accuracies
+from afferents.evaluation.summary import constant_answer
+from afferents.folds.controls import (
+    CONTROLS,
+    exchanged,
+    left_of,
+    rng_of,
+    spread_of,
+    stands_out,
+)
+from afferents.folds.protocol import Indices
+from afferents.folds.splits import LeaveOneGroupOut, groups_of_samples
+
+AS_IT_IS = "as it is"
+_MEANS = {
+    "permuted": "the model knows labels that it was not taught here, or, of few textures, groups "
+    "that are alike were named alike; look for what was learnt with the labels before",
+    "shuffled": "no pattern in time is needed",
+    "offsets": "the sensor's offset of that day is enough; take each window's mean away, or record "
+    "textures in another order each day",
+    "amplitudes": "the strength of the signal is enough; it may change with force and mounting",
+}
+"""What it means where a control leaves about as much as the model recognises."""
+
+
+@dataclass(frozen=True)
+class ControlsFound:
+    """What `controls` found; `print` it.
+
+    Attributes
+    ----------
+    table
+        A row a control, first `as it is`; columns `accuracy` (percent, mean over the groups),
+        `ci95_low` and `ci95_high`, and, by group, the accuracy where it was held out.
+    chance
+        Percent that is right of who always names the texture that is there most often.
+    warnings
+        What makes the model's accuracy doubtful, a sentence each.
+    left_out
+        Which controls could not be asked, and why; else empty.
+    about
+        How much was tested.
+    """
+
+    table: pd.DataFrame
+    chance: float
+    warnings: tuple[str, ...]
+    left_out: str
+    about: str
+
+    def __str__(self) -> str:
+        """Return the table without single groups, then the warnings."""
+        rows = [
+            f"{_title(name):<18}{mean:5.1f}   {low:.1f} to {high:.1f}"
+            for name, mean, low, high, *_ in self.table.itertuples(name=None)
+        ]
+        return "\n".join([
+            f"Percent recognised, and 95% interval: {self.about}",
+            *rows,
+            f"{'chance':<18}{self.chance:5.1f}",
+            *[f"Left out: {self.left_out}."] * bool(self.left_out),
+            *(f"Warning: {sentence}." for sentence in self.warnings),
+        ])  # fmt: skip
+
+
+def controls(
+    model: Any,
+    X: Any,  # noqa: N803
+    y: ArrayLike,
+    *,
+    groups: ArrayLike,
+    recordings: ArrayLike | None = None,
+    time_axis: int = 1,
+) -> ControlsFound:
+    """Test a model with each group held out, as it is and once something was taken from the data.
+
+    What is recognised all the same rests on something else than was taken. Each group is held out
+    in turn and all others train: nothing is set aside for validation. The controls are those of
+    `evaluate`: labels permuted, time shuffled, offsets alone, amplitudes alone.
+
+    Parameters
+    ----------
+    model
+        A scikit-learn estimator or pipeline, any object with `fit` and `predict`, which is copied
+        for each fit, or a function ``(X_train, y_train, X_test) -> predicted``.
+    X
+        Samples as the model takes them: (n, feature), or (n, time, channel) for all controls. A
+        table is handed on as an array.
+    y
+        Texture of each sample, (n,): texts or whole numbers.
+    groups
+        What is held out, (n,): speeds in mm/s, forces, days, sensors; numbers or texts.
+    recordings
+        Name of the recording that each sample was cut from, (n,): time is shuffled within it,
+        and its mean is its offset. Each sample is one of its own if not given.
+    time_axis
+        Of X: 2 where it is (n, channel, time).
+
+    Returns
+    -------
+    ControlsFound
+        A table in percent, and warnings.
+
+    Raises
+    ------
+    InputError
+        If lengths differ; X is not of finite numbers in one length; there is a single group; no
+        texture is in two groups; y is no label; a recording is of two textures; the model fails.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sklearn.linear_model import RidgeClassifier
+    >>> rng = np.random.default_rng(0)
+    >>> y, speed = np.tile([0, 1, 2], 40), np.repeat([10, 20, 40, 80], 30)
+    >>> X = rng.normal(size=(120, 3)) + 3 * np.eye(3)[y]
+    >>> print(controls(RidgeClassifier(), X, y, groups=speed))
+    Percent recognised, and 95% interval: 4 groups, each held out in turn, 120 samples
+    as it is           96.7   89.4 to 100.0
+    labels permuted    35.8   23.2 to 48.5
+    chance             33.3
+    Left out: shuffled, offsets and amplitudes, since X of shape (120, 3) has no time axis.
+    """
+    if isinstance(model, type) or not (hasattr(model, "fit") or callable(model)):
+        raise InputError(
+            "the model: expected an object with fit and predict, or a function, found "
+            f"{model!r}; make an object of a class first, as in RidgeClassifier()"
+        )
+    x, labels, of, names = _checked(X, y, groups, recordings)
+    folds = list(LeaveOneGroupOut().split(x, groups=of))
+    if (timed := x.ndim > 2) and not 0 < time_axis < x.ndim:
+        raise InputError(
+            f"time_axis: expected an axis of X after that of samples, 1 to {x.ndim - 1}, found "
+            f"{time_axis}"
+        )
+    asked = [AS_IT_IS, *(name for name in CONTROLS if timed or name == "permuted")]
+    found = {}
+    for control in asked:
+        left = x if control in (AS_IT_IS, "permuted") else _left(x, control, names, time_axis)
+        named = exchanged(labels, of) if control == "permuted" else labels
+        found[control] = accuracy_interval(named, _predicted(model, left, named, folds), of)
+    samples = predictions_of(labels, labels, of, names)
+    chance, n_recordings = constant_answer(samples), len(np.unique(names))
+    return ControlsFound(
+        pd.DataFrame({name: _row(one) for name, one in found.items()}).T,
+        100 * chance,
+        (*_warnings(found, chance, n_recordings), *_doubts(samples)),
+        ""
+        if timed
+        else f"shuffled, offsets and amplitudes, since X of shape {x.shape} has no time axis",
+        f"{len(folds)} groups, each held out in turn, {len(labels)} samples"
+        + f" of {n_recordings} recordings" * (recordings is not None),
+    )
+
+
+def _title(control: str) -> str:
+    return CONTROLS.get(control, control).partition(":")[0]
+
+
+def _row(found: Accuracies) -> "pd.Series[float]":
+    low, high = found.ci95
+    shares = {"accuracy": found.mean_accuracy, "ci95_low": low, "ci95_high": high}
+    return 100 * pd.Series(shares | found.by)
+
+
+# What is given.
+
+
+def _checked(
+    X: Any,  # noqa: N803
+    y: ArrayLike,
+    groups: ArrayLike,
+    recordings: ArrayLike | None,
+) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[np.str_]]:
+    """Return samples, labels, groups and names of recordings, or refuse them."""
+    x, labels, of = _numbers(X), _labels(y), groups_of_samples(groups)
+    given = np.arange(len(x)) if recordings is None else np.asarray(recordings)
+    require_equal_lengths({"X": x, "y": labels, "groups": of, "recordings": given})
+    names = given.astype(np.str_)
+    if len(np.unique(of)) < 2:
+        raise InputError(
+            f"groups: expected at least 2, of which one is held out, found {len(np.unique(of))}; "
+            "give what differs between recordings, such as their speed or day"
+        )
+    table = pd.DataFrame({"texture": labels, "group": of, "recording": names})
+    if (mixed := table.groupby("recording")["texture"].nunique()).max() > 1:
+        raise InputError(
+            f"recordings: expected one texture in each, found {mixed.max()} in {mixed.idxmax()}; "
+            "name recordings of different textures differently"
+        )
+    if table.groupby("texture")["group"].nunique().max() < 2:
+        raise InputError(
+            "groups: expected textures that are in several groups, found each in one alone, so "
+            "that none is learnt when it is tested; hold out something else, or record more"
+        )
+    return x, labels, of, names
+
+
+def _numbers(X: Any) -> NDArray[Any]:  # noqa: N803
+    """Return X as an array of finite numbers."""
+    expected = "X: expected numbers, (n, feature) or (n, time, channel)"
+    try:
+        x = np.asarray(X)
+    except ValueError:  # ragged lists
+        x = np.empty(0, object)
+    if x.dtype.kind not in "biuf":
+        found = f"{x.dtype} values, or windows of different lengths"
+        raise InputError(f"{expected}, found {found}; cut windows of one length")
+    if x.ndim < 2:
+        raise InputError(f"{expected}, found shape {x.shape}; one feature is X[:, np.newaxis]")
+    if (bad := np.flatnonzero(~np.isfinite(x).all(axis=tuple(range(1, x.ndim))))).size:
+        raise InputError(
+            f"{expected}, found NaN or infinity in {bad.size} of {len(x)} samples, the first at "
+            f"{bad[0]}; fill them or leave these samples out"
+        )
+    return x
+
+
+def _labels(y: ArrayLike) -> NDArray[Any]:
+    """Return labels as texts or whole numbers."""
+    labels = pd.Series(np.ravel(np.asarray(y))).infer_objects()
+    if labels.isna().any():
+        raise InputError(
+            f"y: expected the texture of every sample, found none for {int(labels.isna().sum())} "
+            f"of {len(labels)}; leave these samples out"
+        )
+    if pd.api.types.is_float_dtype(labels):
+        if (labels % 1 != 0).any():
+            broken = labels[labels % 1 != 0].iloc[0]
+            raise InputError(
+                f"y: expected textures, as texts or whole numbers, found {broken:g}; regression is "
+                "not meant, so name classes instead"
+            )
+        return labels.to_numpy(np.int64)
+    if pd.api.types.is_numeric_dtype(labels):
+        return labels.to_numpy()
+    return labels.astype(str).to_numpy().astype(np.str_)
+
+
+# What is asked.
+
+
+def _left(
+    x: NDArray[Any], control: str, names: NDArray[np.str_], time_axis: int
+) -> NDArray[np.floating]:
+    """Return what a control leaves of samples, recording by recording."""
+    rows = np.moveaxis(x if x.dtype.kind == "f" else x.astype(np.float32), time_axis, 1)
+    left = np.empty(rows.shape, rows.dtype)
+    parts = pd.Series(names).groupby(names).indices
+    series = {name: rows[its].reshape(-1, *rows.shape[2:]) for name, its in parts.items()}
+    is_noisy = control == "offsets"
+    usual = float(np.median([spread_of(one) for one in series.values()])) if is_noisy else 0.0
+    for name, one in series.items():
+        changed = left_of(one, control, usual, rng_of(str(name)))
+        left[parts[name]] = changed.reshape(-1, *rows.shape[1:])
+    return np.moveaxis(left, 1, time_axis)
+
+
+def _predicted(
+    model: Any, x: Any, labels: NDArray[Any], folds: Sequence[tuple[Indices, Indices]]
+) -> NDArray[Any]:
+    """Return what is predicted of each sample where its group is held out, (n,)."""
+    predicted, known = np.empty_like(labels), set(labels.tolist())
+    what = f"one that learns from X of shape {('n', *x.shape[1:])} and names y".replace("'", "")
+    do = "" if x.ndim < 3 else "put LogSpectra() before it, in sklearn.pipeline.make_pipeline"
+    for train, test in folds:
+        if len(set(labels[train].tolist())) == 1:  # which many estimators refuse
+            predicted[test] = labels[train[0]]
+            continue
+        with reading("the model", what, do=do):
+            answer = np.ravel(_asked(model, x[train], labels[train], x[test]))
+        if len(answer) != len(test):
+            raise InputError(
+                f"the model: expected {len(test)} predictions, one a tested sample, found "
+                f"{len(answer)}; return a label of y for each"
+            )
+        if other := set(answer.tolist()) - known:
+            raise InputError(
+                f"the model: expected labels of y, such as {labels[0]}, found {min(other)}; return "
+                "labels rather than their numbers or scores"
+            )
+        predicted[test] = answer
+    return predicted
+
+
+def _asked(model: Any, x: Any, labels: NDArray[Any], tested: Any) -> Any:
+    from sklearn.base import clone
+
+    if not hasattr(model, "fit"):
+        return model(x, labels, tested)
+    fresh = clone(model, safe=False)
+    fresh.fit(x, labels)
+    return fresh.predict(tested)
+
+
+# What makes an accuracy doubtful.
+
+
+def _warnings(found: dict[str, Accuracies], chance: float, n_recordings: int) -> Iterator[str]:
+    """Yield a sentence for each control that leaves about what the model recognises."""
+    own = found[AS_IT_IS].mean_accuracy
+    for control in [name for name in _MEANS if name in found]:
+        left = found[control].mean_accuracy
+        if stands_out(left, chance if control == "permuted" else own, chance, n_recordings):
+            compared = f"{left:.0%} right, where the model has {own:.0%} and chance {chance:.0%}"
+            yield f"{_title(control)}: {compared}: {_MEANS[control]}"
+
+
+def _doubts(samples: pd.DataFrame) -> Iterator[str]:
+    """Yield a sentence for each way in which groups don't part what they should."""
+    group, recording, texture, _ = (samples[name] for name in samples)
+    checks = {
+        "recordings in several groups": group.groupby(recording).nunique().gt(1),
+        "groups with one texture only": texture.groupby(group).nunique().lt(2),
+        "textures in one group only": group.groupby(texture).nunique().lt(2),
+    }
+    means = (
+        "so that samples of one recording are on both sides of a split and may be remembered",
+        "where accuracy does not say that textures are told apart",
+        "which count as wrong, since nothing is learnt of them",
+    )
+    for (what, those), meaning in zip(checks.items(), means, strict=True):
+        if those.any():
+            first = str(those.idxmax()).removesuffix(".0")
+            yield f"{what}: {those.sum()} of {those.size}, such as {first}, {meaning}"
