@@ -140,5 +140,5 @@ def test_a_sweep_goes_all_the_way(run, tmp_path):
     heard = ("--models", "order-te-speed-known", "--window-s", "0.3", "--stride-s", "0.1")
     does("evaluate", store, "--out", tmp_path / "H", *heard, *bands)
     assert "bands of speed" in does("report", tmp_path / "B", "--quiet")
-    force = ("--split", "force", "--bands", "2", "--protocol", "published", "--quiet")
+    force = ("--split", "force", "--bands", "3", "--workers", "1", "--quiet")
     does("evaluate", store, "--out", tmp_path / "F", "--models", "sa-wave-vector", *force)
