@@ -13,12 +13,6 @@ from zipfile import ZipFile
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ON_CONDA_FORGE = {
-    "matplotlib": "matplotlib-base",
-    "opencv-python-headless": "py-opencv",
-    "sounddevice": "python-sounddevice",
-    "soundfile": "pysoundfile",
-}
 SCRIPTS = [path.relative_to(ROOT) for path in sorted((ROOT / "scripts").glob("*.sh"))]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -73,16 +67,6 @@ def test_every_direct_dependency_has_a_tested_version(constraints):
     tested = {_plain(line.split("==")[0]) for line in lines if "==" in line}
     needed = {_plain(re.split(r"[<>=]", line)[0]) for line in PROJECT["project"]["dependencies"]}
     assert needed <= tested
-
-
-def test_the_conda_recipe_asks_for_the_same():
-    recipe = (ROOT / "conda/recipe.yaml").read_text(encoding="utf-8")
-    run = recipe.split("  run:\n")[1].split("\n\n")[0]
-    asked = dict(re.findall(r"^    - ([\w-]+) >=([\d.]+)$", run, flags=re.MULTILINE))
-    needed = dict(line.split(">=") for line in PROJECT["project"]["dependencies"])
-    assert set(asked) == {ON_CONDA_FORGE.get(name, name) for name in needed}
-    for name, bound in needed.items():
-        assert bound.startswith(asked[ON_CONDA_FORGE.get(name, name)])
 
 
 def test_codemeta_and_citation_say_what_the_project_says():
