@@ -42,6 +42,18 @@ def test_all_of_the_package_is_in_the_wheel_under_the_version_declared(wheel):
     assert shipped == {name for name in written if "__pycache__" not in name}
 
 
+@pytest.mark.system
+def test_a_tag_is_the_version(tmp_path):
+    pytest.importorskip("setuptools_scm")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    somebody = "-c user.name=A -c user.email=a@example.org"
+    for command in ("init -q", "add .", f"{somebody} commit -qm A", "tag v9.8.7"):
+        subprocess.run(["git", *command.split()], check=True, cwd=tmp_path)
+    command = [sys.executable, "-m", "setuptools_scm"]
+    said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path)
+    assert said.stdout.strip() == "9.8.7"
+
+
 def test_the_extras_are_those_that_the_docs_list():
     page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\| `([\w-]+)` \|", page, flags=re.MULTILINE)
