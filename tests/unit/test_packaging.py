@@ -77,7 +77,9 @@ def test_dev_brings_all_the_other_extras():
 def test_every_direct_dependency_has_a_tested_version(constraints):
     lines = (ROOT / constraints).read_text(encoding="utf-8").splitlines()
     tested = {_plain(line.split("==")[0]) for line in lines if "==" in line}
-    needed = {_plain(re.split(r"[<>=]", line)[0]) for line in PROJECT["project"]["dependencies"]}
+    project = PROJECT["project"]
+    asked = project["dependencies"] + project["optional-dependencies"]["lab"]
+    needed = {_plain(re.split(r"[<>=]", line)[0]) for line in asked}
     assert needed <= tested
 
 
