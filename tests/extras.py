@@ -28,6 +28,7 @@ OF_EXTRAS = {
     "neo",
     "nwbinspector",
     "onnx",
+    "onnxruntime",
     "onnxscript",
     "playwright",
     "pyarrow",
@@ -41,10 +42,14 @@ OF_EXTRAS = {
     "serial",
     "sklearn",
     "skops",
+    "sounddevice",
     "sphinx",
     "sphinx_gallery",
+    "starlette",
     "torch",
     "trimesh",
+    "uvicorn",
+    "websockets",
 }
 ABSENT = {name for name in OF_EXTRAS if find_spec(name) is None}
 SAID = re.compile(r"No module named '(\w+)|`Import (\w+)` failed")  # the latter of pandas

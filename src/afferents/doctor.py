@@ -77,7 +77,7 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
             continue
         found = _installed(requirement.name) or "missing"
         if found == "missing" or not requirement.specifier.contains(found, prereleases=True):
-            do = f"pip install -c constraints.txt '{requirement}'"
+            do = f"pip install '{requirement}'"
             missing.append(f"{requirement} is needed, {found} found; {do}")
         rows.append((requirement.name, found))
     return rows
@@ -100,7 +100,7 @@ def _extra(extra: str) -> str:
     absent = [name for name in needed if _installed(name) is None]
     if absent:
         return f"not there ({', '.join(absent)}); {how_to_install(extra)}"
-    if extra == "record" and find_library("portaudio") is None:
+    if extra == "lab" and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"
 

@@ -14,7 +14,7 @@ from afferents.errors import AfferentsError, InputError, raised
 def how_to_install(extra: str) -> str:
     """Say what to type for an optional extra."""
     without_cuda = "; docs/install.md says how without CUDA" if extra == "train" else ""
-    return f"in the checkout, pip install -c constraints.txt '.[{extra}]'{without_cuda}"
+    return f"pip install 'afferents[{extra}]'{without_cuda}"
 
 
 def import_extra(extra: str, asked: str, *names: str) -> ModuleType:

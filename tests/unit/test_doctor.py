@@ -19,16 +19,14 @@ def test_here_nothing_is_missing():
     rows, missing = doctor.diagnose()
     assert missing == []
     found = dict(rows)
-    assert {"accelerator", "torch build", "bfloat16", "codec h264", "onnxruntime", "av"} <= set(
-        found
-    )
+    assert {"accelerator", "torch build", "bfloat16", "codec h264", "zarr", "av"} <= set(found)
     named = {what.removeprefix("extra ") for what in found if "extra " in what}
-    commands = {"train", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
+    commands = {"train", "lab", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
     assert named >= commands
     assert not named & {"dev", "docs"}
 
 
-@pytest.mark.parametrize("package", ["onnxruntime", pytest.param("skops", marks=NEEDS_TRAIN)])
+@pytest.mark.parametrize("package", ["zarr", pytest.param("skops", marks=NEEDS_TRAIN)])
 def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
     """What only an extra needs is not missed."""
     installed = doctor.version
@@ -40,13 +38,13 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
 
     monkeypatch.setattr(doctor, "version", lacking)
     rows, missing = doctor.diagnose()
-    said = dict(rows)["onnxruntime" if package == "onnxruntime" else "extra train"]
-    if package == "onnxruntime":
+    said = dict(rows)["zarr" if package == "zarr" else "extra train"]
+    if package == "zarr":
         assert (said, len(missing)) == ("missing", 1)
-        assert "pip install -c constraints.txt 'onnxruntime" in missing[0]
+        assert "pip install 'zarr" in missing[0]
     else:
         assert missing == []
-        remedy = "not there (skops); in the checkout, pip install -c constraints.txt '.["
+        remedy = "not there (skops); pip install 'afferents["
         assert said.startswith(remedy)
         assert dict(rows)["extra cluster"] == "there"
 
@@ -64,7 +62,7 @@ def test_a_module_that_cannot_be_imported_is_named(monkeypatch, module, lost):
 
 
 def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
-    pytest.importorskip("serial")  # else the extra's own package is what is missing
+    pytest.importorskip("sounddevice")  # else the extra's own package is what is missing
 
     def broken(name):
         raise OSError("sndfile library not found")
@@ -75,5 +73,5 @@ def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
     monkeypatch.delattr(os, "sysconf")
     rows, missing = doctor.diagnose()
     assert "soundfile cannot be imported (sndfile library not found)" in missing
-    assert "no PortAudio library" in dict(rows)["extra record"]
+    assert "no PortAudio library" in dict(rows)["extra lab"]
     assert dict(rows)["memory"] == "unknown"

@@ -1,4 +1,4 @@
-"""Without PyTorch, scikit-learn and pyarrow all but learning works, which says what to install."""
+"""Without an extra's packages all else works, and what needs them says what to install."""
 
 import pytest
 
@@ -6,7 +6,9 @@ from ..hiding import runner
 
 pytestmark = pytest.mark.system
 OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "onnx", "pyarrow")
+OF_LAB = ("onnxruntime", "serial", "sounddevice", "starlette", "uvicorn", "websockets")
 NEEDS = "expected the packages of the extra 'train', found No module named"
+INSTALLS_LAB = "pip install 'afferents[lab]'"
 
 
 @pytest.fixture
@@ -15,18 +17,51 @@ def light(tmp_path):
     return runner(tmp_path, OF_TRAIN)
 
 
-def test_recordings_markers_and_stores_need_no_learning(light, session, tmp_path):
+@pytest.fixture
+def bare(tmp_path):
+    """The same without those of the lab as well."""
+    return runner(tmp_path, OF_TRAIN + OF_LAB)
+
+
+def test_recordings_markers_and_stores_need_no_extra(bare, session, tmp_path):
     clip = session / "1/20/video.mp4"
     for command in (
+        ("--help",),
         ("inspect", session),
         ("calibrate", clip, "--out", "mine.toml"),
         ("track", clip, "tracks.nc"),
         ("extract", session, "s.zarr", "--workers", "1", "--quiet"),
         ("simulate", "rig", "--textures", "a", "--speeds", "50", "--seconds", "2"),
     ):
-        ended = light(*command)
+        ended = bare(*command)
         assert ended.returncode == 0, (command, ended.stderr)
     assert (tmp_path / "s.zarr").is_dir()
+
+
+def test_what_meets_devices_or_shows_a_page_says_what_to_install(bare, session, tmp_path):
+    clip = session / "1/20/video.mp4"
+    (tmp_path / "m.onnx").touch()
+    assert bare("record", "PLAN.toml", "--example").returncode == 0
+    for command in (
+        ("live", "--video", clip, "--web"),
+        ("live", "--video", clip, "--model", "m.onnx"),
+        ("live", "--video", clip, "--audio", "mic:default"),
+        ("record", "PLAN.toml", "out", "--dry-run", "--web"),
+    ):
+        ended = bare(*command)
+        assert ended.returncode == 2, command
+        assert INSTALLS_LAB in ended.stderr, (command, ended.stderr)
+        assert "Traceback" not in ended.stderr
+    ended = bare("devices")
+    assert ended.returncode == 0
+    assert " ".join(ended.stdout.split()).count(INSTALLS_LAB) == 2  # microphones, serial ports
+
+
+def test_the_signals_of_a_clip_need_no_extra(bare, session):
+    clip = session / "1/20/video.mp4"
+    ended = bare("live", "--video", clip, "--signals", "sa1", "--speed", "max")
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.startswith("{")
 
 
 @pytest.mark.parametrize(
@@ -46,7 +81,7 @@ def test_commands_that_learn_say_what_to_install(light, command):
     ended = light(*command)
     assert ended.returncode == 2
     assert NEEDS in ended.stderr
-    assert "pip install -c constraints.txt '.[train]'; docs/install.md" in ended.stderr
+    assert "pip install 'afferents[train]'; docs/install.md" in ended.stderr
     assert "Traceback" not in ended.stderr
 
 
@@ -63,7 +98,7 @@ def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
     ):
         said = light(*arguments).stderr
         assert "expected the packages of the extra 'parquet', found No module" in said, said
-        assert "pip install -c constraints.txt '.[parquet]'" in said
+        assert "pip install 'afferents[parquet]'" in said
 
 
 def test_functions_that_learn_say_it_too(light):

@@ -51,6 +51,7 @@ EXTRAS = (
     "neo",
 )
 EXTRAS += ("elephant", "rosbags", "rerun")
+EXTRAS += ("onnxruntime", "sounddevice", "starlette", "uvicorn", "websockets")
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 
 

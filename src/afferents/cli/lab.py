@@ -231,8 +231,11 @@ def live(
     from afferents.live.signals import give_signals, signals_in
     from afferents.live.sources import open_sources, sensor_of
     from afferents.markers.sensor import load_sensor
+    from afferents.plugins import import_extra
     from afferents.recordings.session_file import rate_in
 
+    if web:  # said before models are trained, or others begin
+        import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else rate_in(fps)
     if signals is not None and (model or web or lsl or learn):

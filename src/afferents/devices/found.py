@@ -91,7 +91,7 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
         ports: Any = import_module("serial.tools.list_ports").comports()
         found.ports += [FoundPort(one.device, one.description) for one in sorted(ports)]
     except ImportError:
-        found.notes.append(f"serial ports: to see them, {how_to_install('record')}")
+        found.notes.append(f"serial ports: to see them, {how_to_install('lab')}")
     return found
 
 

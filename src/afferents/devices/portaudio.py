@@ -154,6 +154,6 @@ def import_portaudio() -> ModuleType:
     except (ImportError, OSError) as error:  # OSError: the PortAudio library is not there
         raise InputError(
             f"microphone: expected sounddevice and the PortAudio library, found {error!s}; "
-            f"{how_to_install('record')}; on Debian also apt-get install libportaudio2"
+            f"{how_to_install('lab')}; on Debian also apt-get install libportaudio2"
         ) from error
     return sounddevice  # type: ignore[no-any-return]

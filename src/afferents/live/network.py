@@ -11,6 +11,7 @@ from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, names_of, parse_card
+from afferents.plugins import import_extra
 
 
 class Outcome(NamedTuple):
@@ -117,8 +118,7 @@ class Network:
 
 
 def _session(path: Path) -> Any:
-    import onnxruntime
-
+    onnxruntime: Any = import_extra("lab", str(path), "onnxruntime")
     if not path.is_file():
         there = "a folder" if path.is_dir() else "no such file"
         hint = "run 'afferents export' on it first" if path.is_dir() else ""

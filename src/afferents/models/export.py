@@ -58,7 +58,7 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     >>> export("model", "model.onnx")
     PosixPath('model.onnx')
     """
-    onnx = import_extra("train", "export", "onnx", "onnxscript")
+    onnx = import_extra("train", "export", "onnx", "onnxscript", "onnxruntime")
     folder, out = Path(model), Path(out)
     require_free(out, _is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)

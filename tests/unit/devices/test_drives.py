@@ -16,7 +16,7 @@ from afferents.errors import InputError
 
 pytestmark = pytest.mark.system
 
-pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("serial", reason="pyserial (extra 'lab') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
 
 SERIAL = {"kind": "serial", "wait_s": 0.3}

@@ -140,7 +140,7 @@ read = [{ send = "?", reply = '^(?P<position>\\S+)$' }]
     ],
 )
 def test_a_serial_drive_is_stopped_by_what_its_encoder_can_t_be(tmp_path, fault, why):
-    pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+    pytest.importorskip("serial", reason="pyserial (extra 'lab') is not there")
     template = tmp_path / "made.toml"
     template.write_text(TEMPLATE)
     options = {"template": str(template), "diameter_mm": 200 / math.pi, "wait_s": 0.3}

@@ -11,7 +11,7 @@ from afferents.recordings.data_sets import read_session
 
 from ..markers.conftest import draw_discs
 
-pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("serial", reason="pyserial (extra 'lab') is not there")
 
 PLAN = """
 textures = ["4"]

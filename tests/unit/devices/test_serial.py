@@ -12,7 +12,7 @@ from afferents.errors import InputError
 
 pytestmark = pytest.mark.system  # devices keep real time
 
-pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("serial", reason="pyserial (extra 'lab') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
 
 

@@ -12,7 +12,7 @@ from afferents.devices import SerialDrive
 
 pytestmark = pytest.mark.system
 
-pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("serial", reason="pyserial (extra 'lab') is not there")
 HERE = Path(__file__).parent
 SKETCH = HERE.parents[2] / "docs" / "arduino" / "drum" / "drum.ino"
 

@@ -240,4 +240,4 @@ def test_a_package_that_is_missing_is_named(clip, fails, monkeypatch, place, pac
     monkeypatch.setitem(sys.modules, package, None)
     said = fails("live", "--video", clip, *SA1, "--to", place)
     assert f"expected the packages of the extra '{extra}'" in said
-    assert f"pip install -c constraints.txt '.[{extra}]'" in said
+    assert f"pip install 'afferents[{extra}]'" in said

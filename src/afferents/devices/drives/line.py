@@ -70,7 +70,7 @@ class Line:
 
     def __init__(self, port: str, baud: int, checksum: str) -> None:
         """Open it."""
-        serial: Any = import_extra("record", "a serial drive", "serial")
+        serial: Any = import_extra("lab", "a serial drive", "serial")
         self.port, self._checksum, self.asked_s = port, checksum, 0.0
         self._broken = (serial.SerialException, OSError)
         try:

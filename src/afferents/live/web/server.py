@@ -20,6 +20,7 @@ from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
 from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
 from afferents.live.web.snapshot import Shown, Snapshots
+from afferents.plugins import import_extra
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
@@ -227,6 +228,7 @@ def page_beside(
         packages are missing.
     """
     check_address(host, token)
+    import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     import uvicorn  # it and what serves a page take half a second to import
 
     from afferents.live.web.guard import ANSWERED_S, TimedConnection, count_places  # of uvicorn's
