@@ -188,7 +188,7 @@ def test_a_worker_without_the_session_is_one_sentence(there, session, tmp_path, 
     err = there("extract", mine, tmp_path / "s.zarr", "--keep-going", code=2)
     assert "worker on" in err
     assert "2/40/video.mp4 as it is where the command runs" in err
-    assert err.count("\n") == 1
+    assert err.count("\n") == 2  # the first says which sensor is taken
 
 
 def slowly(n):

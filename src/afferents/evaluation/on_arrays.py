@@ -31,9 +31,9 @@ AS_IT_IS = "as it is"
 _MEANS = {
     "permuted": "the model knows labels that it was not taught here, or, of few textures, groups "
     "that are alike were named alike; look for what was learnt with the labels before",
-    "shuffled": "no pattern in time is needed",
-    "offsets": "the sensor's offset of that day is enough; take each window's mean away, or record "
-    "textures in another order each day",
+    "shuffled": "the order in time is hardly needed",
+    "offsets": "the sensor's offset is enough, which may be that day's: take each window's mean "
+    "away within the model, or record textures in another order each day",
     "amplitudes": "the strength of the signal is enough; it may change with force and mounting",
 }
 """What it means where a control leaves about as much as the model recognises."""
@@ -130,12 +130,9 @@ def controls(
     >>> rng = np.random.default_rng(0)
     >>> y, speed = np.tile([0, 1, 2], 40), np.repeat([10, 20, 40, 80], 30)
     >>> X = rng.normal(size=(120, 3)) + 3 * np.eye(3)[y]
-    >>> print(controls(RidgeClassifier(), X, y, groups=speed))
-    Percent recognised, and 95% interval: 4 groups, each held out in turn, 120 samples
-    as it is           96.7   89.4 to 100.0
-    labels permuted    35.8   23.2 to 48.5
-    chance             33.3
-    Left out: shuffled, offsets and amplitudes, since X of shape (120, 3) has no time axis.
+    >>> found = controls(RidgeClassifier(), X, y, groups=speed)
+    >>> found.table["accuracy"].round(1).to_dict()
+    {'as it is': 96.7, 'permuted': 35.8}
     """
     if isinstance(model, type) or not (hasattr(model, "fit") or callable(model)):
         raise InputError(
@@ -160,10 +157,8 @@ def controls(
     return ControlsFound(
         pd.DataFrame({name: _row(one) for name, one in found.items()}).T,
         100 * chance,
-        (*_warnings(found, chance, n_recordings), *_doubts(samples)),
-        ""
-        if timed
-        else f"shuffled, offsets and amplitudes, since X of shape {x.shape} has no time axis",
+        (*_warnings(found, chance, n_recordings), *_doubts(samples), *_reading(x, time_axis)),
+        "; ".join(_unasked(x, recordings)),
         f"{len(folds)} groups, each held out in turn, {len(labels)} samples"
         + f" of {n_recordings} recordings" * (recordings is not None),
     )
@@ -234,7 +229,12 @@ def _numbers(X: Any) -> NDArray[Any]:  # noqa: N803
 
 def _labels(y: ArrayLike) -> NDArray[Any]:
     """Return labels as texts or whole numbers."""
-    labels = pd.Series(np.ravel(np.asarray(y))).infer_objects()
+    if np.ndim(y) != 1:
+        raise InputError(
+            f"y: expected a texture of each sample, (n,), found shape {np.shape(y)}; give labels "
+            "rather than a column for each"
+        )
+    labels = pd.Series(np.asarray(y)).infer_objects()
     if labels.isna().any():
         raise InputError(
             f"y: expected the texture of every sample, found none for {int(labels.isna().sum())} "
@@ -278,7 +278,7 @@ def _predicted(
     """Return what is predicted of each sample where its group is held out, (n,)."""
     predicted, known = np.empty_like(labels), set(labels.tolist())
     what = f"one that learns from X of shape {('n', *x.shape[1:])} and names y".replace("'", "")
-    do = "" if x.ndim < 3 else "put LogSpectra() before it, in sklearn.pipeline.make_pipeline"
+    do = "see that it takes windows, or put LogSpectra() before it, in a pipeline" * (x.ndim > 2)
     for train, test in folds:
         if len(set(labels[train].tolist())) == 1:  # which many estimators refuse
             predicted[test] = labels[train[0]]
@@ -320,6 +320,26 @@ def _warnings(found: dict[str, Accuracies], chance: float, n_recordings: int) ->
         if stands_out(left, chance if control == "permuted" else own, chance, n_recordings):
             compared = f"{left:.0%} right, where the model has {own:.0%} and chance {chance:.0%}"
             yield f"{_title(control)}: {compared}: {_MEANS[control]}"
+
+
+def _unasked(x: NDArray[Any], recordings: ArrayLike | None) -> Iterator[str]:
+    """Yield what could not be asked, and why."""
+    if x.ndim < 3:
+        yield (
+            f"shuffled, offsets and amplitudes, since X of shape {x.shape} has no time axis (give "
+            "windows, and work features out within the model)"
+        )
+    if recordings is None:
+        yield "samples of one recording on both sides of a split, since no recordings are named"
+
+
+def _reading(x: NDArray[Any], time_axis: int) -> Iterator[str]:
+    """Yield a sentence where time and channels seem to be exchanged."""
+    if x.ndim == 3 and (moments := x.shape[time_axis]) < (channels := x.shape[3 - time_axis]):
+        yield (
+            f"X was read as windows of {moments} moments of {channels} channels: if it is the "
+            f"other way round, the controls are wrong; say time_axis={3 - time_axis}"
+        )
 
 
 def _doubts(samples: pd.DataFrame) -> Iterator[str]:

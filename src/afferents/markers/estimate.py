@@ -117,7 +117,8 @@ def estimate_detector(
     # What shines in the middle harms tracking; what does not is left as it is.
     chosen = next((one for one in as_good if one.shines), as_good[0])
     if not best or len(chosen.found) < FEWEST:
-        part, do = "", "give a sensor file that says what its markers look like"
+        part, do = "", "give a sensor file that says what its markers look like, or, of a gel "
+        do += "without any, one of layout = 'cells' (docs/tracking.md)"
         if within.masks:
             part, do = " where keep and hide leave the picture", "let these leave more of it"
         raise InputError(

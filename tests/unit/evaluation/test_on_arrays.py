@@ -322,3 +322,26 @@ def test_whole_numbers_that_are_floats_are_labels(rng):
     x, y, speed = made(rng, offset=2.0)
     number = np.searchsorted(TEXTURES, y).astype(float)
     assert controls(means, x, number, groups=speed).table["accuracy"][AS_IT_IS] > 95
+
+
+def test_how_windows_were_read_is_said_where_it_seems_wrong():
+    rng = np.random.default_rng(0)
+    y, speed = np.tile([0, 1], 20), np.repeat([10, 20], 20)
+    x = rng.normal(size=(40, 4, 16))
+
+    def guess(X_train, y_train, X_test):  # noqa: N803
+        return np.resize(y_train, len(X_test))
+
+    (said,) = (w for w in controls(guess, x, y, groups=speed).warnings if "moments" in w)
+    assert "4 moments of 16 channels" in said
+    assert "time_axis=2" in said
+    right = controls(guess, x, y, groups=speed, time_axis=2)
+    assert not any("moments" in one for one in right.warnings)
+    assert "no recordings are named" in str(right)
+    named = controls(guess, x, y, groups=speed, recordings=np.arange(40), time_axis=2)
+    assert named.left_out == ""
+
+
+def test_labels_in_columns_are_refused():
+    with pytest.raises(InputError, match=r"y: expected a texture of each sample, .*\(4, 2\)"):
+        controls(lambda a, b, c: b, np.zeros((4, 2)), np.eye(4)[:, :2], groups=[1, 1, 2, 2])

@@ -64,7 +64,7 @@ export function drawMap(canvas, image, ink) {
 }
 
 // Shows a bar of the colours from 0 to an end, with three numbers and the unit.
-export function showScale(bar, end, unit) {
+export function showScale(bar, end, unit = "px") {
   const said = `Colours from 0 to ${end} ${unit} or more`;
   if (bar.getAttribute("aria-label") === said) return;
   bar.setAttribute("aria-label", said);
@@ -73,7 +73,7 @@ export function showScale(bar, end, unit) {
     const number = Number((share * end).toPrecision(3));
     const tick = document.createElement("span");
     tick.style.bottom = `${100 * share}%`;
-    tick.textContent = share === 1 ? `≥ ${number} ${unit}` : `${number}`;
+    tick.textContent = share === 1 ? `≥ ${number} ${unit.split(" ")[0]}` : `${number}`;
     return tick;
   }));
 }
