@@ -24,7 +24,7 @@ from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
 from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
-from afferents.store.motion import has_speed, speed_along
+from afferents.store.motion import Series, has_speed, speed_along
 from afferents.store.responses import Responses, labelled, read_whole
 
 _SAME_RATE = 0.05
@@ -244,9 +244,11 @@ def encode(
     response = response_of(responses, source)
     if ablation is not None:
         response = ablation.shown(response)
-    if source.encoding.by_distance and (series := speed_along(responses)) is not None:
+    series = speed_along(responses)
+    if series is not None and source.encoding.by_distance:
         response = with_distance(response, series)
-    return moving(source.encoding.samples(response, kept, source.channel.lookback), responses)
+    samples = source.encoding.samples(response, kept, source.channel.lookback)
+    return samples if series is None else with_speeds(samples, series)
 
 
 def response_of(responses: Responses, source: Source) -> xr.DataArray:
@@ -293,14 +295,11 @@ def encode_all(
     return concatenate([steady_enough(samples, most) for samples in in_order])
 
 
-def moving(samples: Samples, responses: Responses) -> Samples:
+def with_speeds(samples: Samples, series: Series) -> Samples:
     """Return the samples of a recording with the mean speed and the change of each.
 
-    Those of which its series of speeds says nothing are left out; without a series all are as they
-    were.
+    Those of which its series of speeds says nothing are left out.
     """
-    if (series := speed_along(responses)) is None:
-        return samples
     mean, low, high = series.over(samples[dims.START].values, samples[dims.STOP].values)
     own = {dims.MEAN_SPEED: mean, dims.SPEED_CHANGE: (high - low) / mean}
     found = samples.assign_coords({name: (dims.SAMPLE, its) for name, its in own.items()})

@@ -55,11 +55,6 @@ class ByBand(Split):
         return ByBand(f"{self.of_what}-{edges}")
 
     @property
-    def one(self) -> str:
-        """Return `a band of speed`."""
-        return f"a band of {self.of_what}"
-
-    @property
     def many(self) -> str:
         """Return `bands of speed`."""
         return f"bands of {self.of_what}"
@@ -125,8 +120,11 @@ class ByBand(Split):
             If a recording does not say how its speed, or the force, went.
         """
         there = list(recordings)
-        edges = self.edges(there)
-        moments = [self._moments(one) for one in there]
+        return self._bands_in([self._moments(one) for one in there], self.edges(there))
+
+    def _bands_in(
+        self, moments: Sequence[NDArray[np.float64]], edges: NDArray[np.float64]
+    ) -> list[Group]:
         found = {n for its in moments for n in np.searchsorted(edges, its, side="right")}
         if len(found) < 2:
             raise InputError(
@@ -167,7 +165,7 @@ class ByBand(Split):
         kept = whole.isel({dims.SAMPLE: np.flatnonzero(bands != -1)})
         moments = [self._moments(one) for one in there]
         wider = f"other bands (--bands; the {self.of_what} goes from {self._range(moments)})"
-        require_everywhere(self, kept, self.groups_of(there), wider)
+        require_everywhere(self, kept, self._bands_in(moments, edges), wider)
         return kept
 
     def _range(self, moments: Sequence[NDArray[np.float64]]) -> str:

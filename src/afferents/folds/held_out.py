@@ -98,7 +98,7 @@ class Split:
     @property
     def one(self) -> str:
         """A group, in words, with its article."""
-        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
+        return f"{'an' if self.title[:1].lower() in 'aeiou' else 'a'} {self.title}"
 
     @property
     def many(self) -> str:

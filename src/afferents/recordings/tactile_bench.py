@@ -274,7 +274,7 @@ class Runs(PublishedSession):
             return None
         log = Beside("pose", path, "timestamp", tuple(LOGS[0]["columns"][:3]), "m")
         time_s, place_m = log.read()
-        speed = 1000 * differentiate(time_s, place_m).values
+        speed = 1000 * differentiate(time_s, place_m, path).values
         sliding = speed[speed >= MOVING * np.percentile(speed, 95)]
         slow, usual, fast = map(float, np.percentile(sliding, (10, 50, 90)))
         is_steady = usual > 0 and fast - slow <= UNEVEN * usual

@@ -74,8 +74,10 @@ class Series(NamedTuple):
         return mean, low, high
 
 
-def differentiate(time_s: Values, place: Values) -> Series:
+def differentiate(time_s: Values, place: Values, where: object) -> Series:
     """Return the speed along a path: place (n, axis) over rising times, s; smoothed, see above.
+
+    `where` they were found is for the error.
 
     Raises
     ------
@@ -88,7 +90,7 @@ def differentiate(time_s: Values, place: Values) -> Series:
     regular = np.arange(time_s[0], time_s[-1] + step_s / 2, step_s)
     if len(regular) < _FEWEST:
         raise InputError(
-            f"expected {_FEWEST} rows or more to tell a speed from, found {len(regular)}"
+            f"{where}: expected {_FEWEST} rows or more to tell a speed from, found {len(regular)}"
         )
     points = min(max(_FEWEST, round(SMOOTHED_S / step_s) | 1), (len(regular) - 1) | 1)
     even = np.stack([np.interp(regular, time_s, axis) for axis in place.T])
@@ -118,12 +120,10 @@ def with_motion(responses: Responses, logs: Sequence[Beside]) -> Responses:
         responses = responses.assign_attrs({NORMAL: _normal_of(responses)})
     if (log := named.get(dims.SPEED_SERIES, named.get(POSE))) is not None:
         found = responses[log.name]
-        clock, values = found[f"{log.name}_time"].values, found.values.astype(np.float64)
-        try:
-            series = _speed(clock, values, log)
-            _require_slide(series, steady_s(responses))
-        except InputError as error:
-            raise InputError(f"{log.path}: {error}") from error
+        values = found.values.astype(np.float64)
+        known = np.isfinite(values).all(axis=1)  # a cell may be empty
+        series = _speed(found[f"{log.name}_time"].values[known], values[known], log)
+        _require_slide(series, steady_s(responses), log)
         variable = xr.DataArray(
             series.values.astype(np.float32),
             dims=dims.SPEED_TIME,
@@ -142,27 +142,29 @@ def _speed(time_s: Values, values: Values, log: Beside) -> Series:
         return Series(time_s, -speed if np.median(speed) < 0 else speed)
     unit = log.units.split(",")[0].strip()
     if unit not in _MM:
-        raise InputError(f"expected poses in m or mm (units 'm, rad'), found '{log.units}'")
+        raise InputError(
+            f"{log.path}: expected poses in m or mm (units 'm, rad'), found '{log.units}'"
+        )
     place = values[:, :3]
     way_m = float(np.linalg.norm(np.diff(place, axis=0), axis=1).sum()) * _MM[unit] / 1000
     if way_m > _FARTHEST_M:
         raise InputError(
-            f"expected poses in {unit}, found a way of {way_m:.0f} m; if they are in mm, say so in "
-            "a session file (units = 'mm, rad'), or divide them by 1000"
+            f"{log.path}: expected poses in {unit}, found a way of {way_m:.0f} m; if they are in "
+            "mm, say so in a session file (units = 'mm, rad'), or divide them by 1000"
         )
-    moved = differentiate(time_s, place)
+    moved = differentiate(time_s, place, log.path)
     return Series(moved.time_s, moved.values * _MM[unit])
 
 
-def _require_slide(series: Series, steady: tuple[float, float] | None) -> None:
+def _require_slide(series: Series, steady: tuple[float, float] | None, log: Beside) -> None:
     """Refuse a speed that is 0 or below for much of a slide."""
     start, stop = steady or (series.time_s[0], series.time_s[-1])
     slid = series.values[(series.time_s >= start) & (series.time_s <= stop)]
     share = float((slid <= 0).mean()) if len(slid) else 1.0
     if share >= _MOST_BACK:
         raise InputError(
-            f"expected speeds above 0 mm/s along the slide, found {share:.0%} of them at 0 or "
-            "below; say with steady_s from when to when it slides"
+            f"{log.path}: expected speeds above 0 mm/s along the slide, found {share:.0%} of them "
+            "at 0 or below; say with steady_s from when to when it slides"
         )
 
 
@@ -213,7 +215,7 @@ def speed_along(responses: Responses) -> Series | None:
         found = responses[dims.SPEED_SERIES]
         return Series(found[dims.SPEED_TIME].values, found.values.astype(np.float64))
     if speed_of(responses) is None and (way := path_in(responses)) is not None:
-        return differentiate(way.time_s, way.position_mm[:, None])
+        return differentiate(way.time_s, way.position_mm[:, None], responses.attrs["name"])
     return None
 
 
@@ -223,8 +225,9 @@ def force_along(responses: Responses) -> Series | None:
     if FORCE not in responses or not normal:
         return None
     force = responses[FORCE].sel({f"{FORCE}_axis": normal.lstrip("-")})
-    values = force.values.astype(np.float64)
-    return Series(force[f"{FORCE}_time"].values, -values if normal.startswith("-") else values)
+    values = (-1.0 if normal.startswith("-") else 1.0) * force.values.astype(np.float64)
+    known = np.isfinite(values)  # a cell may be empty
+    return Series(force[f"{FORCE}_time"].values[known], values[known])
 
 
 def steady_values(series: Series, responses: Responses) -> Values:

@@ -135,5 +135,20 @@ def test_beyond_its_ends_a_series_says_nothing():
 def test_a_path_that_turns_has_the_speed_along_it():
     turn = 2 * np.pi * TIME / 3
     circle = 10 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    series = differentiate(TIME, circle)
+    series = differentiate(TIME, circle, "a circle")
     np.testing.assert_allclose(series.values[30:-30], 10 * 2 * np.pi / 3, rtol=0.01)
+
+
+def test_empty_cells_of_a_log_hide_nothing_else():
+    way, speed = swept(TIME)
+    for name, values, along in (
+        ("speed", speed[:, None], speed_along),
+        ("force", 2 + 0 * TIME[:, None], force_along),
+        ("pose", pose(way), speed_along),
+    ):
+        values = values.copy()
+        values[100:103] = np.nan
+        units = {"speed": "mm/s", "force": "N", "pose": "m, rad"}[name]
+        series = along(with_motion(*logged(name, values, units)))
+        mean, *_ = series.over(np.array([3.0]), np.array([4.0]))
+        assert np.isfinite(mean).all(), name
