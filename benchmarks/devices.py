@@ -19,7 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from afferents.devices import SerialDrive, V4l2Camera
+from afferents.lab.devices import SerialDrive, V4l2Camera
 
 STAND_INS = Path(__file__).parents[1] / "tests" / "unit" / "devices"
 sys.path.append(str(STAND_INS))
@@ -30,7 +30,7 @@ FAKE = STAND_INS / "fake_v4l2.c"
 SECONDS = 20.0
 KILLS = 20
 TURNING = """
-from afferents.devices import *
+from afferents.lab.devices import *
 with SerialDrive(SerialDrive.Options(port={port!r}, template="arduino")) as drive:
     drive.start(50.0)
     print("turning", flush=True)

@@ -16,8 +16,8 @@ from statistics import mean
 import numpy as np
 from scipy.stats import t as student
 
-from afferents.live import Begin, LivePipeline, Pace, ReplayedVideo, run
-from afferents.live.prediction import Prediction
+from afferents.lab.live import Begin, LivePipeline, Pace, ReplayedVideo, run
+from afferents.lab.live.prediction import Prediction
 from afferents.markers.sensor import load_sensor
 from afferents.recordings.video import open_video
 from afferents.rig.config import Rig

@@ -32,7 +32,7 @@ import torch
 import afferents
 from afferents.doctor import processor
 from afferents.encodings.settings import Encodings
-from afferents.live import (
+from afferents.lab.live import (
     CameraFrame,
     LivePipeline,
     Network,
@@ -43,9 +43,9 @@ from afferents.live import (
     run,
     stream,
 )
-from afferents.live.fingertip import Fingertip
-from afferents.live.follower import Follower
-from afferents.live.images import Filling
+from afferents.lab.live.fingertip import Fingertip
+from afferents.lab.live.follower import Follower
+from afferents.lab.live.images import Filling
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card

@@ -20,7 +20,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from afferents.devices import (
+from afferents.lab.devices import (
     Block,
     ByHand,
     Camera,
@@ -29,13 +29,13 @@ from afferents.devices import (
     Microphone,
     MicrophoneSettings,
 )
+from afferents.lab.recorder.devices import Clock, Devices, open_devices
+from afferents.lab.recorder.page import RecordingPage
+from afferents.lab.recorder.plan import Plan, read_plan
+from afferents.lab.recorder.rehearsal import Bench, simulate_devices
+from afferents.lab.recorder.run import Run
+from afferents.lab.recorder.watch import Watch
 from afferents.markers.sensor import load_sensor
-from afferents.recorder.devices import Clock, Devices, open_devices
-from afferents.recorder.page import RecordingPage
-from afferents.recorder.plan import Plan, read_plan
-from afferents.recorder.rehearsal import Bench, simulate_devices
-from afferents.recorder.run import Run
-from afferents.recorder.watch import Watch
 from afferents.rig import Rig
 
 PLAN = """

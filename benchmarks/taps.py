@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from afferents.devices import Block
+from afferents.lab.devices import Block
+from afferents.lab.recorder.plan import read_plan
+from afferents.lab.recorder.record import Recorder
+from afferents.lab.recorder.rehearsal import Bench, SimulatedMicrophone, simulate_devices
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
-from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Recorder
-from afferents.recorder.rehearsal import Bench, SimulatedMicrophone, simulate_devices
 from afferents.rig import Rig
 from afferents.rig.microphone import Microphone
 

@@ -29,7 +29,7 @@ def layers() -> list[list[str]]:
     """Return packages from the top layer down, as the import contract has them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     contracts = project["tool"]["importlinter"]["contracts"]
-    (contract,) = (one for one in contracts if one["type"] == "layers")
+    contract = next(one for one in contracts if one["type"] == "layers")
     return [
         [name.removeprefix("afferents.") for name in re.split(r" [|:] ", layer)]
         for layer in contract["layers"]

@@ -19,9 +19,9 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-from afferents.live import Begin, Event, LivePipeline, Pace, ReplayedVideo, run
-from afferents.live.events import Channel
-from afferents.live.web.server import serve
+from afferents.lab.live import Begin, Event, LivePipeline, Pace, ReplayedVideo, run
+from afferents.lab.live.events import Channel
+from afferents.lab.live.web.server import serve
 from afferents.markers.sensor import load_sensor
 from afferents.recordings.video import open_video
 from afferents.rig.config import Rig

@@ -9,7 +9,7 @@
 set -eu
 
 python=$1
-tests=${TESTS:-tests/unit/models tests/unit/encodings tests/unit/live tests/golden}
+tests=${TESTS:-tests/unit/models tests/unit/encodings tests/unit/lab/live tests/golden}
 
 test_as() {
     echo "== as $1"

@@ -11,7 +11,7 @@ from pathlib import Path
 from matplotlib import pyplot
 
 import afferents
-from afferents.live import Pace, ReplayedVideo, stream
+from afferents.lab.live import Pace, ReplayedVideo, stream
 
 if not Path("small.zarr").exists():
     afferents.simulate("small", textures="agm", speeds_mm_s=[20, 40, 60], seconds=3, quiet=True)
@@ -30,7 +30,7 @@ touch = afferents.export("replayed", "touch.onnx", force=True)
 # ----------------
 # The drum has bumps 3 mm apart and turns at 40 mm/s: the speed at which nothing was learnt.
 # The pace is infinite here, which means as fast as possible; ``Pace(1)`` plays at true
-# speed. For your sensor, take ``afferents.live.Camera("0")`` instead.
+# speed. For your sensor, take ``afferents.lab.live.Camera("0")`` instead.
 
 video = afferents.open_video("small/3/40/video.mp4")
 predictions = list(stream([ReplayedVideo(video, Pace(float("inf")))], touch))

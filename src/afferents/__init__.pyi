@@ -1,6 +1,5 @@
 from . import benchmark as benchmark
-from . import devices as devices
-from . import live as live
+from . import lab as lab
 from . import plot as plot
 from .channels import (
     CHANNELS as CHANNELS,
@@ -86,15 +85,6 @@ from .evaluation.train import (
 from .examples import (
     example as example,
 )
-from .exchange.bags import (
-    export_mcap as export_mcap,
-)
-from .exchange.lerobot import (
-    export_lerobot as export_lerobot,
-)
-from .exchange.viewer import (
-    view as view,
-)
 from .extraction.extract import (
     extract as extract,
 )
@@ -122,11 +112,17 @@ from .inspection.init import (
 from .inspection.inspect import (
     inspect as inspect,
 )
-from .live.fingertip import (
+from .lab.live.fingertip import (
     stream as stream,
 )
-from .live.follower import (
+from .lab.live.follower import (
     Touch as Touch,
+)
+from .lab.recorder.importing import (
+    import_recording as import_recording,
+)
+from .lab.recorder.record import (
+    record as record,
 )
 from .markers.sensor import (
     load_sensor as load_sensor,
@@ -161,12 +157,6 @@ from .neuro.neural import (
 from .neuro.nwb.export import (
     export_nwb as export_nwb,
 )
-from .recorder.importing import (
-    import_recording as import_recording,
-)
-from .recorder.record import (
-    record as record,
-)
 from .recordings.audio import (
     WavFile as WavFile,
 )
@@ -199,6 +189,15 @@ from .reproduction.reproduce import (
 )
 from .rig.simulate import (
     simulate as simulate,
+)
+from .robots.bags import (
+    export_mcap as export_mcap,
+)
+from .robots.lerobot import (
+    export_lerobot as export_lerobot,
+)
+from .robots.viewer import (
+    view as view,
 )
 from .spikes.artificial import (
     artificial_spikes as artificial_spikes,

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
+from afferents.lab.recorder.plan import read_plan
+from afferents.lab.recorder.record import Recorder
+from afferents.lab.recorder.rehearsal import Bench
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
-from afferents.recorder.plan import read_plan
-from afferents.recorder.record import Recorder
-from afferents.recorder.rehearsal import Bench
 from afferents.rig import Rig
 
-from ..unit.recorder.faulty import faulty_devices
+from ..unit.lab.recorder.faulty import faulty_devices
 
 PLAN = """
 textures = ["4"]

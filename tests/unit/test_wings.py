@@ -35,7 +35,7 @@ from afferents.cli import run
 run(['--help'])
 print(*sys.modules)
 """
-WINGS = ("afferents.recorder", "afferents.neuro", "afferents.exchange")
+WINGS = ("afferents.lab", "afferents.neuro", "afferents.robots")
 EXTRAS = (
     "onnx",
     "onnxscript",
@@ -63,7 +63,7 @@ def printed_by(code):
 
 @pytest.mark.parametrize(
     ("removed", "left_out"),
-    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.live.web.guard",))],
+    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.lab.live.web.guard",))],
 )
 def test_the_package_works_without(removed, left_out):
     code = WITHOUT.format(removed=removed, left_out=("afferents.__main__", *left_out))
@@ -75,7 +75,7 @@ def test_help_and_live_do_not_wait_for_heavy_packages():
     loaded = set(printed_by(HELP).splitlines()[-1].split())
     assert "cyclopts" in loaded
     assert not loaded & (HEAVY | {"importlib.metadata"})
-    live = "import sys, afferents.live.outlets; print('torch' in sys.modules)"
+    live = "import sys, afferents.lab.live.outlets; print('torch' in sys.modules)"
     assert printed_by(live).split() == ["False"]
 
 

@@ -18,7 +18,7 @@ DEMO = "demo"
 
 def devices() -> Output:
     """List cameras with their formats and rates, microphones, serial ports and drives."""
-    from afferents.devices.found import find_devices
+    from afferents.lab.devices.found import find_devices
 
     found = find_devices()
     table = Table(show_header=False, box=None)
@@ -110,13 +110,13 @@ def record(
     import afferents
 
     if example:
-        from afferents.recorder.plan import write_example
+        from afferents.lab.recorder.plan import write_example
 
         write_example(plan)
         then = f"Change it. 'afferents record {plan} REHEARSAL --dry-run' tries it without devices."
         return Output({"plan": str(plan)}, [f"Plan: {plan}", then])
     if check:
-        from afferents.recorder.record import ask_in_terminal, make_recorder
+        from afferents.lab.recorder.record import ask_in_terminal, make_recorder
 
         found = make_recorder(plan, dry_run, ask_in_terminal).check(session or Path())
         lines = [line.describe() for line in found]
@@ -220,16 +220,16 @@ def live(
         No progress bars; plain lines on stderr.
     """
     from afferents.choices import flag_of, speed_factor
-    from afferents.live.control import set_rest_when_asked
-    from afferents.live.events import Wanted, let_go
-    from afferents.live.fingertip import stream
-    from afferents.live.network import Network
-    from afferents.live.outlets import give_out
-    from afferents.live.pipeline import LivePipeline
-    from afferents.live.places import places_in
-    from afferents.live.several import SHARED, commands_for, named, run_each
-    from afferents.live.signals import give_signals, signals_in
-    from afferents.live.sources import open_sources, sensor_of
+    from afferents.lab.live.control import set_rest_when_asked
+    from afferents.lab.live.events import Wanted, let_go
+    from afferents.lab.live.fingertip import stream
+    from afferents.lab.live.network import Network
+    from afferents.lab.live.outlets import give_out
+    from afferents.lab.live.pipeline import LivePipeline
+    from afferents.lab.live.places import places_in
+    from afferents.lab.live.several import SHARED, commands_for, named, run_each
+    from afferents.lab.live.signals import give_signals, signals_in
+    from afferents.lab.live.sources import open_sources, sensor_of
     from afferents.markers.sensor import load_sensor
     from afferents.plugins import import_extra
     from afferents.recordings.session_file import rate_in

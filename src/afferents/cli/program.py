@@ -24,7 +24,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
         ),
         Command(
             "import",
-            "afferents.recorder.importing:import_recording",
+            "afferents.lab.recorder.importing:import_recording",
             words=("video", "audio"),
             flags={
                 "speed_mm_s": "--speed",
@@ -123,12 +123,12 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
         Command("export-nwb", "afferents.neuro.nwb.export:export_nwb"),
         Command(
             "export-mcap",
-            "afferents.exchange.bags:export_mcap",
+            "afferents.robots.bags:export_mcap",
             several=("recordings",),
             flags={"recordings": "--recording"},
         ),
-        Command("export-lerobot", "afferents.exchange.lerobot:export_lerobot"),
-        Command("view", "afferents.exchange.viewer:view", words=("source", "recording")),
+        Command("export-lerobot", "afferents.robots.lerobot:export_lerobot"),
+        Command("view", "afferents.robots.viewer:view", words=("source", "recording")),
         Command("drum", "afferents.rig.drums:write_drum", flags={"bore_mm": "--bore"}),
     ),
     "This machine": (

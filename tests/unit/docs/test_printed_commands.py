@@ -225,7 +225,7 @@ def own_models(tmp_path, monkeypatch):
 
 def stopped_by_hand(launch, words, folder):
     """Stop a command when its page has been seen; return its exit code and what it said."""
-    from ..live.conftest import LIVE  # imports all that trains, for the slow test alone
+    from ..lab.live.conftest import LIVE  # imports all that trains, for the slow test alone
 
     running = launch(words[1:], imports=LIVE, cwd=str(folder))
     said = []

@@ -20,9 +20,9 @@ SUBCLASSED = (
     "afferents.ImageEncoding",
     "afferents.Model",
     "afferents.VibrationEncoding",
-    "afferents.devices.Camera",
-    "afferents.devices.Drive",
-    "afferents.devices.Microphone",
+    "afferents.lab.devices.Camera",
+    "afferents.lab.devices.Drive",
+    "afferents.lab.devices.Microphone",
     "afferents.encodings.base.Encoding",
     "afferents.models.base.Classifier",
 )
@@ -137,10 +137,10 @@ def test_the_site_is_built_without_a_warning(tmp_path):
         (r"import pickle|pickle\.(loads?|dumps?)\(", set()),
         (
             r"\bsubprocess\.|os\.system|os\.exec|os\.spawn|shell=",
-            {"devices/drives/guard.py", "live/several.py"},
+            {"lab/devices/drives/guard.py", "lab/live/several.py"},
         ),
         (r"np\.load\((?!.*allow_pickle=False)|torch\.load\(|joblib\.load\(", set()),
-        (r"create_server\(|\.bind\(|\.listen\(", {"live/web/door.py"}),
+        (r"create_server\(|\.bind\(|\.listen\(", {"lab/live/web/door.py"}),
     ],
 )
 def test_what_the_page_on_security_says_is_where_it_says(what, where):

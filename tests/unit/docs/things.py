@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from afferents import cli
-from afferents.recorder.plan import EXAMPLE
+from afferents.lab.recorder.plan import EXAMPLE
 
 from ...conftest import few_epochs
 from ...kept import contents

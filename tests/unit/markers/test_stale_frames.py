@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from afferents import dims
-from afferents.live.events import CameraFrame
-from afferents.live.follower import Follower
+from afferents.lab.live.events import CameraFrame
+from afferents.lab.live.follower import Follower
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.quality import describe
 from afferents.markers.rest import MOST_STALE, STILL, rest_sentences

@@ -8,13 +8,13 @@ import cv2
 from lerobot.cameras import Camera
 from lerobot.utils.decorators import check_if_already_connected, check_if_not_connected
 
-from afferents.devices.found import find_devices
 from afferents.errors import InputError
-from afferents.live import LivePipeline, Source, Wanted, open_sources, sensor_of
-from afferents.live.events import Mailbox
-from afferents.live.images import Filled, Pixels, in_colours
-from afferents.live.stream import RATE_TOLERANCE
-from afferents.live.web.snapshot import ring_px
+from afferents.lab.devices.found import find_devices
+from afferents.lab.live import LivePipeline, Source, Wanted, open_sources, sensor_of
+from afferents.lab.live.events import Mailbox
+from afferents.lab.live.images import Filled, Pixels, in_colours
+from afferents.lab.live.stream import RATE_TOLERANCE
+from afferents.lab.live.web.snapshot import ring_px
 from afferents.markers.sensor import load_sensor
 from afferents.store.recording import Frame
 from lerobot_camera_afferents.config_camera import SHOWS, AfferentsCameraConfig

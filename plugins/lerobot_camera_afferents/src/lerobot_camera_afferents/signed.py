@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.live.follower import Touch
-from afferents.live.images import Pixels
+from afferents.lab.live.follower import Touch
+from afferents.lab.live.images import Pixels
 from afferents.markers.places import images_of
 from lerobot_camera_afferents.config_camera import SHOWS
 

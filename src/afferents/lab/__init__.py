@@ -1,0 +1,8 @@
+"""What a lab with a fingertip needs: its devices, recording with them, and signals live.
+
+Needs the extra ``lab``. Nothing below names it but the command line.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

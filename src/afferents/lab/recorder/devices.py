@@ -1,0 +1,215 @@
+"""The devices of a plan: one clock, opened together, and read each in a thread of its own."""
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from afferents.errors import AfferentsError, InputError
+from afferents.lab.devices.base import (
+    Block,
+    Camera,
+    Device,
+    DeviceError,
+    Drive,
+    Frame,
+    Microphone,
+    MicrophoneSettings,
+)
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.lab.recorder.plan import Plan
+from afferents.lab.writers import HEADER_BYTES, SAMPLE_BYTES
+
+SIMULATED = "simulated"
+"""Kind of the devices of a dry run."""
+PATIENCE_S = 5.0
+"""Camera and microphone give something, and end when they are told to, within this time."""
+PLUGGED_IN_S = 60.0
+"""A device that went away is waited for so long,"""
+AGAIN_S = 1.0
+"""and tried this often."""
+_LONGEST_BYTES = 0xFFFFFFFF - HEADER_BYTES
+"""A wav says in 32 bits how much there is."""
+
+
+class Clock:
+    """The monotonic clock; in a dry run it may go faster.
+
+    Parameters
+    ----------
+    speed
+        How much faster than the machine's it goes; 1 for real devices.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        """Begin now."""
+        self._begun_s, self._speed = time.monotonic(), speed
+
+    def now(self) -> float:
+        """Return the time, s."""
+        return self._begun_s + (time.monotonic() - self._begun_s) * self._speed
+
+    def wait(self, seconds: float, ended: threading.Event) -> bool:
+        """Wait so long, or until something has ended; say whether it has."""
+        return ended.wait(max(0.0, seconds) / self._speed)
+
+
+@dataclass(frozen=True)
+class Devices:
+    """What a run is made with; without a microphone there is no sound."""
+
+    camera: Camera
+    microphone: Microphone | None
+    drive: Drive
+    clock: Clock
+
+    @property
+    def sound(self) -> MicrophoneSettings | None:
+        """How the microphone is set; None without one."""
+        return self.microphone.settings if self.microphone else None
+
+    @contextmanager
+    def stream(
+        self,
+        take_frame: Callable[[Frame], None],
+        take_block: Callable[[Block], None],
+        fail: Callable[[Exception], None],
+    ) -> Iterator[None]:
+        """Give away what camera and microphone take, each in a thread, while the block lasts.
+
+        Parameters
+        ----------
+        take_frame, take_block
+            Called with each frame, and each block of sound.
+        fail
+            Called, in the thread, with an error of the device or of who takes.
+        """
+        ended = threading.Event()
+
+        def give(name: str, things: Callable[[], Iterator[Any]], take: Any) -> None:
+            try:
+                for thing in things():
+                    if not math.isfinite(thing.time_s):
+                        raise DeviceError(f"the {name} gave {thing.time_s:g} s for a time")
+                    take(thing)
+                if not ended.is_set():
+                    raise DeviceError(f"the {name} gave no more")
+            except Exception as error:  # noqa: BLE001  for whoever reads the devices
+                if not (ended.is_set() and isinstance(error, DeviceError)):
+                    fail(error)
+
+        asked: list[tuple[Any, ...]] = [("camera", self.camera.frames, take_frame)]
+        if self.microphone is not None:
+            asked.append(("microphone", self.microphone.blocks, take_block))
+        threads = [threading.Thread(target=give, args=one, daemon=True) for one in asked]
+        for thread in threads:
+            thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            self.camera.end()
+            if self.microphone is not None:
+                self.microphone.end()
+            for thread in threads:
+                thread.join(PATIENCE_S)
+
+    def reopen(self, heed: Callable[[], None], note: Callable[[str], None]) -> None:
+        """Let go of the devices and open them again: one may have been unplugged.
+
+        Parameters
+        ----------
+        heed
+            Called while one is waited for; raises to end that.
+        note
+            Called with why one can't be opened yet.
+
+        Raises
+        ------
+        InputError
+            If one can't be opened for a minute.
+        """
+        for device in (self.camera, self.microphone, self.drive):
+            if device is not None:
+                device.close()
+                _open_patiently(device, heed, note)
+
+
+def _open_patiently(device: Device, heed: Callable[[], None], note: Callable[[str], None]) -> None:
+    """Open a device as soon as it can be."""
+    latest_s, said = time.monotonic() + PLUGGED_IN_S, ""
+    while True:
+        heed()
+        try:
+            return device.open()
+        except AfferentsError as error:
+            if time.monotonic() > latest_s:
+                raise
+            if str(error) != said:
+                said = str(error)
+                note(f"{said}; waiting {PLUGGED_IN_S:g} s at most until it is plugged in")
+        time.sleep(AGAIN_S)
+
+
+def make_devices(plan: Plan, path: Path) -> Devices:
+    """Return the devices that a plan names, unopened.
+
+    Raises
+    ------
+    InputError
+        If a kind or an option is unknown or wrong.
+    """
+    sound = plan.microphone
+    if SIMULATED in {table.get("kind") for table in (plan.camera, sound or {}, plan.drive)}:
+        raise InputError(
+            f"{path}: expected real devices, found kind = '{SIMULATED}'; give --dry-run, or "
+            "name real ones"
+        )
+    return Devices(
+        device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
+        None if sound is None else device_of(MICROPHONES, sound, f"{path}, [microphone]"),
+        device_of(DRIVES, plan.drive, f"{path}, [drive]"),
+        Clock(),
+    )
+
+
+@contextmanager
+def open_devices(devices: Devices, plan: Plan, path: Path) -> Iterator[None]:
+    """Open the devices, and let them go whatever happens; the drive stops first.
+
+    Raises
+    ------
+    InputError
+        If one can't be opened or set, or a speed is outside the drive's limits, or the plan wants
+        a channel that is not there or runs longer than a wav can be.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(devices.camera)
+        if devices.microphone is not None:
+            stack.enter_context(devices.microphone)
+            _require_sound(devices.microphone.settings, plan, path)
+        stack.enter_context(devices.drive)
+        for speed in plan.speeds_mm_s:
+            devices.drive.require_speed(speed)
+        yield
+
+
+def _require_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
+    """Refuse a channel that is not there, and runs longer than a wav can be."""
+    channel = plan.sensor_channel
+    if channel is not None and channel >= settings.channels:
+        raise InputError(
+            f"{path}: expected sensor_channel below {settings.channels}, as the microphone has "
+            f"channels, found {channel}"
+        )
+    longest_s = _LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
+    if plan.total_s > longest_s:
+        raise InputError(
+            f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav of this "
+            f"sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs and more "
+            "repetitions"
+        )

@@ -1,0 +1,255 @@
+"""Whether a run is good enough to be kept: each check yes or no, with what was found."""
+
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.errors import reason_of
+from afferents.lab.devices.base import FULL_SCALE, CameraSettings, MicrophoneSettings
+from afferents.lab.devices.picture import picture_of
+from afferents.lab.recorder.devices import Devices
+from afferents.lab.recorder.plan import Plan, Tolerance
+from afferents.markers.detect import detect
+from afferents.markers.sensor import Sensor
+from afferents.recordings.layouts import VIDEO
+from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
+from afferents.store.recording import as_grey
+
+LATE = 1.5
+"""A frame that comes after so many intervals, with no number missing, is late."""
+SOUND_SHORT_S = 0.1
+
+
+class Check(NamedTuple):
+    """One line of a gate or a preflight.
+
+    Attributes
+    ----------
+    name
+        What was looked at.
+    passes
+        Yes or no.
+    found
+        What was found, in words.
+    do
+        What to do about it; empty where it passes.
+    """
+
+    name: str
+    passes: bool
+    found: str
+    do: str = ""
+
+    def describe(self) -> str:
+        """Return it as a line."""
+        remedy = f"; {self.do}" if self.do and not self.passes else ""
+        return f"{'yes' if self.passes else 'NO '}  {self.name}: {self.found}{remedy}"
+
+    def as_json(self) -> dict[str, str | bool]:
+        """Return it as files and scripts have it."""
+        said = self._asdict()
+        if self.passes:
+            del said["do"]
+        return said
+
+
+class Counts(NamedTuple):
+    """What became of the frames of a run.
+
+    Attributes
+    ----------
+    expected
+        Frames that there should be, by the camera's rate.
+    stored
+        Frames in the video.
+    lost
+        Numbers of the frames that never came; no more than one above those expected.
+    damaged, repeated, late
+        Numbers of such frames, see `count_on`.
+    """
+
+    expected: int
+    stored: int
+    lost: tuple[int, ...]
+    damaged: tuple[int, ...]
+    repeated: tuple[int, ...]
+    late: tuple[int, ...]
+
+
+def count_frames(log: Log, settings: CameraSettings, total_s: float) -> Counts:
+    """Count what became of the frames, from the driver's numbers, their times and content."""
+    numbers = count_on([row.sequence for row in log.frames])
+    time_s = np.array([row.time_s for row in log.frames])
+    there = set(numbers.tolist())
+    between = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
+    step = np.diff(numbers, prepend=numbers[:1] - 1)
+    gap = np.diff(time_s, prepend=time_s[:1]) * settings.fps_hz > LATE
+    repeated = (step <= 0) | np.array([row.repeated for row in log.frames], bool)
+    damaged = np.array([row.damaged for row in log.frames], bool)
+    expected = round(total_s * settings.fps_hz)
+    lost = (n for n in between if n not in there)
+    return Counts(
+        expected,
+        sum(row.stored for row in log.frames),
+        tuple(islice(lost, expected + 1)),  # a number that leaps makes no list without end
+        tuple(numbers[damaged].tolist()),
+        tuple(sorted(set(numbers[repeated].tolist()))),
+        tuple(numbers[gap & (step == 1)].tolist()),
+    )
+
+
+def count_on(numbers: Sequence[int]) -> NDArray[np.int64]:
+    """Return frame numbers that go on where a counter of 8, 16 or 32 bits begins again at 0.
+
+    It does where a number falls by more than half of the counter's range.
+    """
+    counted = np.array(numbers, np.int64)
+    most = counted.max(initial=0)
+    size = next((2**bits for bits in (8, 16, 32) if most < 2**bits), 0)
+    return counted + size * np.cumsum(np.diff(counted, prepend=counted[:1]) < -size / 2)
+
+
+def check_run(
+    log: Log,
+    counts: Counts,
+    folder: Path,
+    plan: Plan,
+    speed_mm_s: float,
+    devices: Devices,
+    sensor: Sensor,
+) -> list[Check]:
+    """Look at a run that has come to its end.
+
+    Parameters
+    ----------
+    folder
+        Where its files lie.
+    devices
+        That it was made with, open still.
+    """
+    camera, microphone = devices.camera.settings, devices.sound
+    checks = [*check_frames(counts, plan.tolerance), check_speed(log, plan, speed_mm_s)]
+    if microphone is not None:
+        checks += _sound(log, plan, microphone)
+        checks += _clock(log, plan, camera, microphone)
+    return [*checks, _markers(log, camera, sensor, plan), _readable(folder / VIDEO, counts)]
+
+
+def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
+    """Look at what became of the frames."""
+    lost = max(len(counts.lost) + len(counts.damaged), counts.expected - counts.stored - 1)
+    allowed = tolerance.lost * counts.expected
+    said = f"{counts.stored} of {counts.expected} frames"
+    for what, numbers in (("lost", counts.lost), ("damaged", counts.damaged)):
+        if numbers:
+            said += f", {len(numbers)} {what} (the first is number {numbers[0]})"
+    again = len(counts.repeated)
+    return [
+        Check(
+            "frames",
+            lost <= allowed,
+            said,
+            "another USB port, fewer devices on it, or a faster disk",
+        ),
+        Check(
+            "repeated frames",
+            again <= tolerance.repeated * counts.expected,
+            f"{again} repeated, {len(counts.late)} late",
+            "more light, so that the camera keeps its rate",
+        ),
+    ]
+
+
+def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+    """Judge whether the drum held its speed while it was to be steady."""
+    begin_s, end_s = (edge + (log.origin_s or 0.0) for edge in plan.steady_s)
+    speeds = np.array([row.speed_mm_s for row in log.drive if begin_s <= row.time_s <= end_s])
+    n_known = int(np.isfinite(speeds).sum())
+    if fault := next((row.fault for row in log.drive if row.fault), None):
+        return Check("speed", False, f"the drive reports a fault: {fault}", "see to the drive")
+    if len(speeds) > n_known == 0:
+        return Check("speed", True, "unknown: nothing reads the drum")
+    if n_known < max(1, len(speeds)):
+        found = f"known in {n_known} of {len(speeds)} readings"
+        return Check("speed", False, found, "see to the drive")
+    if plan.sweep:
+        low, high = min(plan.speeds_mm_s), max(plan.speeds_mm_s)
+        mean, allowed = float(speeds.mean()), plan.tolerance.speed
+        found = f"{mean:.2f} mm/s on average, {speeds.min():.2f} to {speeds.max():.2f}"
+        passes = low * (1 - allowed) <= mean <= high * (1 + allowed)
+        return Check("speed", passes, found, f"see to the arm: {low:g} to {high:g} are asked for")
+    # A tenth of a second together: what is read from one moment to the next is coarse.
+    smooth = np.convolve(speeds, np.ones(5) / 5, "valid") if len(speeds) >= 5 else speeds
+    off = float(np.abs(smooth / speed_mm_s - 1).max())
+    found = f"{speeds.mean():.2f} mm/s of {speed_mm_s:g}, at most {off:.1%} off"
+    return Check("speed", off <= plan.tolerance.speed, found, "see to the drive, or widen 'speed'")
+
+
+def _sound(log: Log, plan: Plan, microphone: MicrophoneSettings) -> list[Check]:
+    n = sum(row.n_samples for row in log.blocks)
+    overflows = sum(row.overflowed for row in log.blocks)
+    seconds = n / microphone.rate_hz
+    whole = overflows == 0 and seconds >= plan.total_s - SOUND_SHORT_S
+    clipped, peak = log.clipped / max(n, 1), log.peak / FULL_SCALE
+    return [
+        Check("sound", whole, f"{seconds:.2f} s, {overflows} overflows", "close other programs"),
+        Check(
+            "level of the sound",
+            clipped <= plan.tolerance.clipped and peak > plan.tolerance.silent,
+            f"peak {peak:.1%} of full scale, {clipped:.2%} clipped",
+            "turn the gain down" if clipped > plan.tolerance.clipped else "look at its plug",
+        ),
+    ]
+
+
+def _clock(
+    log: Log, plan: Plan, camera: CameraSettings, microphone: MicrophoneSettings
+) -> list[Check]:
+    """Look whether the sound began when it was said to, and kept its rate to the end."""
+    if not log.blocks or log.origin_s is None:
+        return []
+    clock = sound_clock(log.blocks, microphone.rate_hz)
+    late_s, limit_s = clock.start_s - log.origin_s, LIMIT_FRAMES / camera.fps_hz
+    found = (
+        f"it began {1000 * late_s:+.1f} ms from the run's zero (error {1000 * clock.error_s:.1f})"
+    )
+    passes = abs(late_s) <= limit_s + SURE * clock.error_s
+    if clock.drift is not None:
+        found += f", drift {clock.drift.said()}"
+        apart = abs(clock.drift.share) - SURE * clock.drift.error
+        passes = passes and apart * plan.total_s <= limit_s
+    return [
+        Check(
+            "clock of the sound", passes, f"{found}; half a frame is {1000 * limit_s:.1f} ms",
+            "take the sound card itself, not a sound server, or make runs shorter",
+        )
+    ]  # fmt: skip
+
+
+def _readable(video: Path, counts: Counts) -> Check:
+    """Count what is in the file, without decoding it."""
+    try:
+        with av.open(f"file:{video}") as container:
+            n = sum(packet.size > 0 for packet in container.demux(video=0))
+    except av.FFmpegError as error:
+        return Check("file", False, reason_of(error), "look at the disk")
+    return Check("file", n == counts.stored, f"{n} frames in it", "look at the disk")
+
+
+def _markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Plan) -> Check:
+    """Look for the markers in a picture at rest and in the last."""
+    pictures = [picture_of(data, camera) for data in (log.rest, log.last)]
+    found = [len(detect(as_grey(*seen), sensor)) if seen else 0 for seen in pictures]
+    usual = sensor.n_markers or found[0]
+    missing = max(0.0, 1 - min(found) / max(usual, 1))
+    return Check(
+        "markers",
+        min(found) > 0 and missing <= plan.tolerance.markers,
+        f"{found[0]} at rest and {found[1]} at the end, of {usual}",
+        "see to light and focus, and to the sensor file",
+    )

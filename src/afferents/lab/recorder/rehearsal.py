@@ -1,0 +1,302 @@
+"""A dry run: the simulated rig's film and sound, and the devices that see and hear it."""
+
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.documents import as_form
+from afferents.errors import InputError
+from afferents.lab.devices.base import (
+    Block,
+    Camera,
+    CameraSettings,
+    Drive,
+    DriveLimits,
+    DriveState,
+    Frame,
+    Microphone,
+    MicrophoneSettings,
+    Options,
+)
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
+from afferents.lab.recorder.plan import Entry, Plan
+from afferents.rig.camera import Renderer, project
+from afferents.rig.config import NUISANCES, Rig
+from afferents.rig.drive import STEADY_S, STILL_S
+from afferents.rig.drums import texture_name
+from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig.record import filmed_positions
+from afferents.rig.run import simulate_run, tap
+from afferents.rig.surface import bumped_surface
+
+_SPARE_S = 0.5
+"""The film is longer than a run by this much."""
+_QUALITY = 95
+LONGEST_S = 120.0
+"""Of a run: some 10 MB of JPEGs a second."""
+TAPS_S = (0.1, 0.5, 0.95)
+"""The fingertip is tapped so long after the skin was at rest, where the plan says so."""
+
+
+class Film(NamedTuple):
+    """What camera and microphone take of one run.
+
+    Attributes
+    ----------
+    time_s
+        Of each frame, from the start of the run, s.
+    jpegs
+        The frames.
+    position_px
+        Where the pins truly are, (frame, marker, 2), px.
+    sound
+        Room and sensor at 44.1 kHz, (n_samples, 2).
+    way_mm, speed_mm_s
+        Of the drum at each frame; its way counts from a mark on the drum.
+    """
+
+    time_s: NDArray[np.float64]
+    jpegs: list[bytes]
+    position_px: NDArray[np.float64]
+    sound: NDArray[np.int16]
+    way_mm: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+
+
+class Bench:
+    """A simulated fingertip on a drum, with a clock of its own.
+
+    Attributes
+    ----------
+    attempt
+        At the run whose drum is mounted, from 1; 0 in a trial.
+    set_mm_s
+        What the drive was asked for last; 0 when it was stopped.
+    film
+        Of the run whose drum is mounted; there once one is, which is before any device is read.
+
+    Parameters
+    ----------
+    rig
+        With the sensor's pins; its nuisances are on but for the offset of the clocks.
+    plan
+        Says how long runs are.
+    speed
+        How much faster than in truth everything goes.
+    """
+
+    film: Film
+
+    def __init__(self, rig: Rig, plan: Plan, speed: float = 4.0) -> None:
+        """Mount nothing yet."""
+        on = {name: None for name in NUISANCES if name != "clock-offset"}
+        self.rig, self._plan = rig.with_nuisances(on), plan
+        if plan.settle_s < STEADY_S - STILL_S:
+            raise InputError(
+                f"settle_s: expected at least {STEADY_S - STILL_S:g}, as the simulated drum "
+                f"needs, found {plan.settle_s:g}"
+            )
+        if plan.total_s > LONGEST_S:
+            raise InputError(
+                f"seconds: expected runs of at most {LONGEST_S:g} s in a dry run, whose film is "
+                f"in memory, found {plan.total_s:g} s; rehearse shorter ones"
+            )
+        self.clock = Clock(speed)
+        self._lock = threading.Lock()
+        self._entry: Entry | None = None
+        self._zero_s = -np.inf
+        self.attempt = 0
+        self.set_mm_s = 0.0
+
+    def mount(self, entry: Entry, attempt: int) -> None:
+        """Mount the drum of a run and make its film, which starts when a device asks for it.
+
+        Parameters
+        ----------
+        attempt
+            At this run, from 1; 0 for a trial.
+        """
+        if entry != self._entry:
+            self.film = film_of(self.rig, entry, self._plan)
+        self._entry, self.attempt, self._zero_s = entry, attempt, -np.inf
+
+    def roll(self) -> tuple[float, Film]:
+        """Return when the film has begun, s, and the film; the first to ask starts it."""
+        with self._lock:
+            if not np.isfinite(self._zero_s):
+                self._zero_s = self.clock.now()
+            return self._zero_s, self.film
+
+    def drum(self) -> tuple[float, float, float]:
+        """Return the time, s, and the drum's way and speed, mm."""
+        now_s = self.clock.now()
+        rolled_s, film = now_s - self._zero_s, self.film
+        if self.attempt == 0:
+            return now_s, 0.0, self.set_mm_s
+        if (over_s := rolled_s - film.time_s[-1]) > 0:  # it goes on turning where the film is over
+            return now_s, film.way_mm[-1] + over_s * self.set_mm_s, self.set_mm_s
+        way = float(np.interp(rolled_s, film.time_s, film.way_mm))
+        speed = float(np.interp(rolled_s, film.time_s, film.speed_mm_s))
+        return now_s, way, speed if self.set_mm_s else 0.0
+
+
+def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
+    """Simulate a run and draw its frames.
+
+    The rig's drum sets off after half a second; where the plan rests longer, the skin is seen at
+    rest for longer, and it is tapped where the plan says so.
+    """
+    tapped_s = max(0.0, plan.tap_s - STILL_S)
+    n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
+    rests_s = n_rest / rig.camera.fps_hz
+    surface = bumped_surface(float(_spacing(entry.texture)), rig.drum)
+    seconds = plan.total_s - rests_s - tapped_s + _SPARE_S
+    texture, speed, which = entry.texture, entry.speed_mm_s, (plan.seed, entry.seed)
+    run = simulate_run(rig, texture, surface, speed, seconds, *which)
+    time = [(np.arange(n_rest) + 0.5) / rig.camera.fps_hz]
+    place = [np.repeat(run.position_mm[:1], n_rest, axis=0)]
+    sound = [np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))]
+    parts = [(rests_s + tapped_s, run)]
+    if tapped_s:
+        taps = tap(rig, texture, speed, tapped_s, TAPS_S, *which)
+        parts.insert(0, (rests_s, taps))
+    for begin_s, part in parts:
+        time.append(begin_s + part.time_s)
+        place.append(part.position_mm)
+        sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
+    position_mm = np.concatenate(place)
+    filmed_px = filmed_positions(rig, position_mm, texture, speed, *which)
+    renderer = Renderer(rig.camera, entry.seed)
+    before = (len(position_mm) - len(run.time_s), 0)
+    way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
+    return Film(
+        np.concatenate(time),
+        [_jpeg(renderer.draw(positions)) for positions in filmed_px],
+        project(position_mm, rig.camera),
+        np.rint(np.concatenate(sound) * 32767).astype(np.int16),
+        np.pad(way, before, "edge"),
+        np.pad(run.speed_mm_s, before, "edge"),
+    )
+
+
+def _jpeg(image: NDArray[np.uint8]) -> bytes:
+    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    return data.tobytes()
+
+
+def _spacing(texture: str) -> str:
+    """Return the bump spacing of a drum, mm; a texture that is a word has one of its own."""
+    try:
+        return texture_name(texture, {})
+    except InputError:
+        return f"{0.5 * (1 + sum(texture.encode()) % 12):g}"
+
+
+_BLOCK = 441
+
+
+class SimulatedOptions(Options):
+    """A plan may name a device `simulated`, for dry runs alone; there is nothing to set."""
+
+    kind: Literal["simulated"] = "simulated"
+
+
+class _OnBench:
+    """What simulated devices have in common: a bench, and an end."""
+
+    def __init__(self, bench: Bench) -> None:
+        """Stand on the bench."""
+        self._bench = bench
+        self._ended = threading.Event()
+
+
+class SimulatedCamera(_OnBench, Camera):
+    """Gives the rig's film as JPEGs, each at its time."""
+
+    def open(self) -> None:
+        """Say how it is set."""
+        camera = self._bench.rig.camera
+        self.settings = CameraSettings(
+            SIMULATED, "MJPG", camera.width, camera.height, camera.fps_hz
+        )
+
+    def frames(self) -> Iterator[Frame]:
+        """Yield the film of the drum that is mounted."""
+        self._ended.clear()
+        zero_s, film = self._bench.roll()
+        for number, (time_s, jpeg) in enumerate(zip(film.time_s, film.jpegs, strict=True)):
+            if self._bench.clock.wait(zero_s + time_s - self._bench.clock.now(), self._ended):
+                return
+            yield Frame(number, zero_s + float(time_s), False, jpeg)
+        self._ended.wait()
+
+
+class SimulatedMicrophone(_OnBench, Microphone):
+    """Gives the rig's sound."""
+
+    def open(self) -> None:
+        """Say how it is set."""
+        self.settings = MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the sound of the drum that is mounted."""
+        self._ended.clear()
+        zero_s, film = self._bench.roll()
+        for first in range(0, len(film.sound), _BLOCK):
+            start_s = zero_s + first / SAMPLE_RATE_HZ
+            wait_s = start_s + _BLOCK / SAMPLE_RATE_HZ - self._bench.clock.now()
+            if self._bench.clock.wait(wait_s, self._ended):
+                return
+            yield Block(start_s, film.sound[first : first + _BLOCK], False)
+        self._ended.wait()
+
+
+class SimulatedDrive(_OnBench, Drive):
+    """Turns the rig's drum."""
+
+    def open(self) -> None:
+        """Say what it can do."""
+        self.limits = DriveLimits(1.0, 500.0)
+
+    def close(self) -> None:
+        """Stop."""
+        self.stop()
+
+    def start(self, speed_mm_s: float) -> None:
+        """Turn."""
+        self._bench.set_mm_s = speed_mm_s
+
+    def query(self) -> DriveState:
+        """Return where the drum of the film is."""
+        return DriveState(*self._bench.drum(), None)
+
+    def stop(self) -> None:
+        """Let the drum stand."""
+        self._bench.set_mm_s = 0.0
+
+
+def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
+    """Return devices of a dry run; those that a plan names are checked, and stay untouched."""
+
+    def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
+        table, where = getattr(plan, name), f"{path}, [{name}]"
+        if table is None:
+            return None
+        if table.get("kind") == SIMULATED:
+            as_form(table, SimulatedOptions, where, "options of simulated")
+        else:
+            device_of(kinds, table, where)
+        return simulated(bench)
+
+    return Devices(
+        stand_in(CAMERAS, "camera", SimulatedCamera),
+        stand_in(MICROPHONES, "microphone", SimulatedMicrophone),
+        stand_in(DRIVES, "drive", SimulatedDrive),
+        bench.clock,
+    )

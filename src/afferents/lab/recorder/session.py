@@ -1,0 +1,282 @@
+"""The session that is recorded: runs under temporary names until whole, and `session.json`."""
+
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from datetime import UTC, datetime
+from importlib.metadata import version
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from afferents.documents import read_json
+from afferents.errors import InputError
+from afferents.files import (
+    Place,
+    checksum,
+    holds_only,
+    naming,
+    remove,
+    require_free,
+    require_same_config,
+    write_json,
+)
+from afferents.lab.recorder.devices import Devices
+from afferents.lab.recorder.gate import Check, Counts
+from afferents.lab.recorder.plan import Entry, Plan
+from afferents.lab.writers import repair
+from afferents.markers.sensor import packaged_sensors
+from afferents.recordings.layouts import AUDIO, VIDEO
+from afferents.recordings.session_file import SESSION_FILE
+from afferents.version import __version__
+
+RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
+"""Runs that are being made; those that were refused or broke off, and why; what is said of a run
+that is whole: where it is, the run is finished."""
+AGAIN = "accepted, and another was recorded in its place"
+"""Why an accepted run lies aside."""
+SENSOR = "sensor.toml"
+"""The plan's sensor file, kept with the recordings."""
+_PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
+
+
+class RecordedSession:
+    """A session folder that is being recorded.
+
+    Parameters
+    ----------
+    root
+        Its folder.
+    plan
+        What is recorded.
+    simulated
+        Whether it is a dry run.
+
+    Attributes
+    ----------
+    opened
+        When the devices were opened last.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or a session of another plan.
+    """
+
+    def __init__(self, root: Path, plan: Plan, simulated: bool) -> None:
+        """Look whether the folder may be written."""
+        self.root, self.plan, self._simulated = root, plan, simulated
+        self._file = root / SESSION_FILE
+        self._content: dict[str, Any] = {}
+        self.open()
+        if self._file.is_file():
+            self._content = read_json(self._file, "a session file")
+            self._require_same()
+        else:
+            require_free(root, holds_only())
+
+    def _require_same(self) -> None:
+        before: dict[str, Any] = {_PLAN: self._content.get(_PLAN)}
+        now: dict[str, Any] = {_PLAN: self.plan.model_dump(mode="json")}
+        kinds = "a session of real devices", "a rehearsal"  # which has the rig's drum in its plan
+        was = bool(self._content.get("simulated"))
+        if was != self._simulated:
+            expected, found = kinds[self._simulated], kinds[was]
+            raise InputError(
+                f"{self.root}: expected {expected}, found {found}; name another folder"
+            )
+        for one in (before, now):  # more runs, or other tolerances, do not make it another session
+            if isinstance(one[_PLAN], dict):
+                one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
+        require_same_config(self.root, "a session", before, now)
+
+    def open(self) -> None:
+        """Note that devices are opened, from which on a drive's positions may count anew."""
+        self.opened = datetime.now(UTC).isoformat(timespec="milliseconds")
+
+    @property
+    def finished(self) -> set[str]:
+        """Names of the runs that are whole and accepted."""
+        names = (entry.name for entry in self.plan.entries())
+        return {name for name in names if (self.root / name / RUN).is_file()}
+
+    def begin(self, devices: Devices) -> None:
+        """Write what the session is; put aside what an earlier program left unfinished.
+
+        Raises
+        ------
+        InputError
+            If devices give other rates, sizes or channels than those of the runs that are there,
+            or sound to runs without it.
+        """
+        camera, limits = devices.camera.settings, asdict(devices.drive.limits)
+        sound = devices.sound
+        channels = sound.channels if sound else 2
+        with naming(self.root):
+            self.root.mkdir(parents=True, exist_ok=True)
+        earlier, self._content = self._content, {
+            "simulated": self._simulated,
+            "sample_rate_hz": round(sound.rate_hz) if sound else 44100,  # as wav files have it
+            "audio_channels": channels,
+            "sensor_channel": self.plan.channel % channels,
+            "fps_hz": camera.fps_hz,
+            "frame_width": camera.width,
+            "frame_height": camera.height,
+            "steady_s": list(self.plan.steady_s),
+            "direction": self.plan.direction,
+            "sensor": self._keep_sensor(),
+            "conditions": dict(self.plan.conditions),
+            _PLAN: self.plan.model_dump(mode="json"),
+            "camera": asdict(camera),
+            "microphone": asdict(sound) if sound else None,
+            "drive": {name: v if isfinite(v) else None for name, v in limits.items()},
+            "versions": {
+                "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
+            },
+            "holes": self._content.get("holes", ()),
+            _SUMS: self._content.get(_SUMS, {}),
+        }  # fmt: skip
+        if self.finished:
+            require_same_rates("the devices", self._file, earlier, self._content)
+            if (earlier.get("microphone") is None) != (sound is None):
+                expected, found = ("no sound", "some") if sound else ("sound", "no [microphone]")
+                raise InputError(
+                    f"the plan: expected {expected}, as in {self._file}, found {found}; name "
+                    "another folder"
+                )
+        self._save()
+        for left in sorted(self.root.glob(f"{RUNNING}-*")):
+            name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
+            self.put_aside(left, name, "the program ended while it was recorded")
+
+    def _keep_sensor(self) -> str:
+        """Return the sensor as the session names it; a file is copied, so that it goes along."""
+        if self.plan.sensor in packaged_sensors():
+            return self.plan.sensor
+        with naming(self.root):
+            shutil.copyfile(self.plan.sensor, self.root / SENSOR)
+        return SENSOR
+
+    def running(self, entry: Entry) -> Path:
+        """Return a new folder for a run that is being made."""
+        folder = self.root / f"{RUNNING}-{entry.name.replace('/', '~')}"
+        with naming(folder):
+            remove(folder)
+            folder.mkdir()
+        return folder
+
+    def accept(
+        self,
+        folder: Path,
+        entry: Entry,
+        checks: list[Check],
+        counts: Counts,
+        more: Mapping[str, Any],
+    ) -> Path | None:
+        """Give a run its name: it is whole. Return where an earlier one lies that had it.
+
+        Parameters
+        ----------
+        more
+            What else is to be said of it, ready for JSON.
+        """
+        files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
+        about: dict[str, Any] = {
+            _SUMS: {path.name: checksum(path) for path in files},
+            "checks": [check.as_json() for check in checks],
+            "frames": counts._asdict(),
+            **more,
+        }
+        write_json(folder / RUN, about)
+        _sync(folder)
+        target = self.root / entry.name
+        with naming(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            earlier = self.put_aside(target, entry.name, AGAIN) if target.exists() else None
+            folder.replace(target)
+        self._save()
+        _sync_names(target.parent)
+        return earlier
+
+    def put_aside(self, folder: Path, name: str, why: str, checks: Sequence[Check] = ()) -> Path:
+        """Put a run aside, by its name: nothing is thrown away. Return where it lies."""
+        repair(folder / AUDIO)
+        place = self.root / ASIDE / name.replace("/", "~")
+        place.mkdir(parents=True, exist_ok=True)
+        numbers = [int(path.name) for path in place.iterdir() if path.name.isdigit()]
+        target = place / f"{max(numbers, default=0) + 1}"
+        folder.replace(target)
+        with suppress(InputError):  # of a full disk: what was recorded is kept without it
+            write_json(target / WHY, {"why": why, "checks": [check.as_json() for check in checks]})
+        return target
+
+    def _save(self) -> None:
+        """Write `session.json`; what is not finished is a hole, so that it can be read any time.
+
+        Runs that were imported, and holes that they made, stay.
+        """
+        finished, entries = self.finished, self.plan.entries()
+        planned = {(entry.texture, entry.speed_mm_s) for entry in entries}
+        missing = {(e.texture, e.speed_mm_s) for e in entries if e.name not in finished}
+        missing |= {(str(t), float(v)) for t, v in self._content["holes"]} - planned
+        about = {name: read_json(self.root / name / RUN, "a run") for name in sorted(finished)}
+        names = {entry.name for entry in entries}
+        sums = {name: its for name, its in self._content[_SUMS].items() if name not in names}
+        sums |= {name: said.pop(_SUMS) for name, said in about.items()}
+        self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
+        if self.plan.sweep:
+            done = [entry for entry in entries if entry.name in finished]
+            self._content |= {"holes": [], "recordings": list(map(self._listed, done))}
+        write_json(self._file, self._content)
+        _sync_names(self.root)
+
+    def _listed(self, entry: Entry) -> dict[str, str]:
+        """Return a recording of a sweep as a session file lists it: without a speed."""
+        files = {"video": VIDEO} | ({"audio": AUDIO} if self.plan.microphone else {})
+        about = {"texture": entry.texture, "repetition": f"{entry.repetition}", "id": entry.name}
+        return about | {key: f"{entry.name}/{name}" for key, name in files.items()}
+
+
+def _sync_names(folder: Path) -> None:
+    """Have a folder's names written to the disk, where folders can be opened: not on Windows."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
+
+
+def _sync(folder: Path) -> None:
+    """Have files written to the disk: a run that is accepted outlives a power cut."""
+    for path in folder.rglob("*"):
+        if path.is_file():
+            with path.open("rb+") as file:
+                os.fsync(file.fileno())
+
+
+_DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
+
+
+def require_same_rates(
+    where: Place, file: Path, before: Mapping[str, Any], now: Mapping[str, Any]
+) -> None:
+    """Refuse what has other rates or sizes than a session's file says: it says them of all runs.
+
+    Raises
+    ------
+    InputError
+        Naming the first that differs; frame rates may by a tenth, others in what is rounded.
+    """
+    for key in _DECLARED:
+        one, other = before.get(key), now.get(key)
+        if one is None or other is None:
+            continue
+        if abs(one - other) <= (0.1 * one if key == "fps_hz" else 0.5):
+            continue
+        raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")
+
+
+_MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")

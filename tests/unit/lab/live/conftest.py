@@ -1,0 +1,70 @@
+"""Small models, trained and exported once, and a browser."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from afferents.evaluation.data import open_data
+from afferents.evaluation.options import TrainingOptions
+from afferents.models.model import MODELS
+from afferents.progress import Progress
+
+from ....conftest import few_epochs
+from ....kept import kept
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+QUIET = Progress(quiet=True)
+LIVE = ["afferents.cli", "afferents.lab.live.web.server", "afferents.lab.live.replay"]
+"""What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
+
+
+def trained(store, name, folder):
+    from afferents.evaluation.train import Training, train_model  # what needs no model needs none
+    from afferents.models.export import export
+
+    (data,) = open_data([str(store)])
+    training = Training(data, MODELS[name], data.encodings, TrainingOptions(preset="quick"))
+    train_model(training, folder / name, QUIET)
+    export(folder / name, folder / f"{name}.onnx")
+    return folder / f"{name}.onnx"
+
+
+@pytest.fixture(scope="session")
+def models(stores):
+    """Exported models by name; the folders they come from lie beside them."""
+    sources = {
+        "sa-se": "video",
+        "ra-ste": "video",
+        "sa-wave": "video",
+        "ra-wave-vector": "video",
+        "vib-te-aug": "audio",
+    }
+
+    def train_all(folder):
+        with few_epochs():
+            for name, kind in sources.items():
+                trained(stores[kind], name, folder)
+
+    with kept("models", train_all) as folder:
+        yield {name: folder / f"{name}.onnx" for name in sources}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if CHROMIUM is None:
+        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
+            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
+        pytest.skip("no chromium on this machine: apt-get install chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(0)
