@@ -167,10 +167,15 @@ def neural(
         **found.figures,
     }
     counts = spikes.units["class"].value_counts().to_dict()
+    records = {
+        name: table.astype(object).where(table.notna(), None).to_dict("records")  # no NaN in JSON
+        for name, table in tables.items()
+        if name != "slopes"
+    }
     facts = {
         "store": store.name,
         "units": {"model": units, "seed": seed, "classes": counts},
-        "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
+        "tables": records,
     }
     out.mkdir(parents=True, exist_ok=True)
     files.write_json(out / FACTS, facts)  # first: a run that is killed now can be begun again
@@ -251,9 +256,3 @@ def _some(spikes: Spikes, seed: int) -> Spikes:
     )
     length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
     return shown.select(trials=trials).window(0, length_s)
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return a table's rows for JSON, where there is no NaN."""
-    plain = table.astype(object).where(table.notna(), None)
-    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]
