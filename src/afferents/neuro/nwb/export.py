@@ -13,8 +13,8 @@ from afferents import dims
 from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.errors import InputError, reading
 from afferents.files import Place, require_free, write_aside
-from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
-from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_out
+from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, write_values
+from afferents.neuro.nwb.tables import GAP_S, Placed, add_trials, add_units, place_recordings
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
@@ -89,8 +89,8 @@ def export_nwb(
     Raises
     ------
     InputError
-        If there is no store or half of one, the session is another one's, the packages are missing,
-        or another file is there already.
+        If there is no store or half of one, it was extracted from another session, the packages are
+        missing, or another file is there already.
 
     Examples
     --------
@@ -104,7 +104,11 @@ def export_nwb(
         raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [store] if session is None else [store, Path(session)]
     require_free(out, _is_exported, force=force, reads=reads)
-    began = _time(start_time)
+    what = "a date and time such as 2026-03-31T09:30+02:00"
+    with reading("--start-time", what, ValueError):
+        began = datetime.fromisoformat(start_time) if isinstance(start_time, str) else start_time
+    if began is not None and began.tzinfo is None:
+        began = began.replace(tzinfo=UTC)
     recordings = open_whole(store)
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
     if markers and len(numbers) > 1:  # there is one series a marker
@@ -114,24 +118,24 @@ def export_nwb(
             "and --classes PC"
         )
     of_session = {} if session is None else recordings_of(read_session(session), recordings)
-    laid = laid_out(recordings)
+    placed = place_recordings(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))
         spikes = artificial_spikes(read, model, seed, words_in(classes))
-        nwbfile = _described(store, out, recordings, began, f"{model}, seed {seed}")
-        add_units(nwbfile, spikes, add_trials(nwbfile, spikes, laid))
+        nwbfile = _make_file(store, out, recordings, began, f"{model}, seed {seed}")
+        add_units(nwbfile, spikes, add_trials(nwbfile, spikes, placed))
         if of_session:
-            add_videos(nwbfile, laid, of_session, out)
+            add_videos(nwbfile, placed, of_session, out)
         if sound:
-            add_sounds(nwbfile, laid)
+            add_sounds(nwbfile, placed)
         if markers:
-            add_tracks(nwbfile, laid)
+            add_tracks(nwbfile, placed)
         with write_aside(out) as partial:
-            _write(partial, nwbfile, laid, progress)
+            _write(partial, nwbfile, placed, progress)
     return out
 
 
-def _write(path: Path, nwbfile: Any, laid: Sequence[Laid], progress: Progress) -> None:
+def _write(path: Path, nwbfile: Any, placed: Sequence[Placed], progress: Progress) -> None:
     import h5py
     from pynwb import NWBHDF5IO
 
@@ -140,19 +144,11 @@ def _write(path: Path, nwbfile: Any, laid: Sequence[Laid], progress: Progress) -
         io.write(nwbfile)
     frame = 0
     with h5py.File(path, "r+") as file:
-        for one in progress.track(laid, "writing", len(laid)):
-            frame = fill(file, one, frame)
+        for one in progress.track(placed, "writing", len(placed)):
+            frame = write_values(file, one, frame)
 
 
-def _time(given: str | datetime | None) -> datetime | None:
-    """Return when a session began; a time without a zone is of UTC."""
-    what = "a date and time such as 2026-03-31T09:30+02:00"
-    with reading("--start-time", what, ValueError):
-        began = datetime.fromisoformat(given) if isinstance(given, str) else given
-    return began if began is None or began.tzinfo else began.replace(tzinfo=UTC)
-
-
-def _described(
+def _make_file(
     store: Path, out: Path, recordings: Sequence[Responses], began: datetime | None, units: str
 ) -> Any:
     """Return an NWB file without data: what was done, with which sensor."""
@@ -202,7 +198,7 @@ def _described(
 
 
 def _is_exported(path: Path) -> bool:
-    """Tell whether a file is one that `export_nwb` wrote."""
+    """Return whether `export_nwb` wrote a file."""
     import h5py
 
     with suppress(OSError, KeyError), h5py.File(path, "r") as file:

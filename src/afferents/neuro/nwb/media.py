@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.neuro.nwb.tables import Laid
+from afferents.neuro.nwb.tables import Placed
 from afferents.recordings.pictures import ImageFolder
 from afferents.store.recording import Recording
 from afferents.store.responses import check_values
@@ -26,18 +25,22 @@ _COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
 def add_videos(
-    nwbfile: Any, laid: Sequence[Laid], recordings: Mapping[str, Recording], out: Path
+    nwbfile: Any, placed: Sequence[Placed], recordings: Mapping[str, Recording], out: Path
 ) -> None:
     """Add each recording's video as an external file, by its path from the NWB file."""
     from pynwb.image import ImageSeries
 
-    for one in laid:
+    for one in placed:
         video = recordings[one.responses.attrs["name"]].video
         if video is None or dims.TIME not in one.responses.coords:
             continue
         files = [video.path]
         if isinstance(video, ImageFolder) and video.path.is_dir():
             files = [Path(str(file)) for file in video.numbered.values()]
+        steps_s = np.diff(one.frame_times_s)
+        clock: dict[str, Any] = {"timestamps": one.frame_times_s}
+        if len(steps_s) and np.ptp(steps_s) < _REGULAR_S:  # NWB wants a rate then
+            clock = {"starting_time": one.frame_times_s[0], "rate": float(1 / steps_s.mean())}
         nwbfile.add_acquisition(
             ImageSeries(
                 name=f"video_{one.name}",
@@ -49,25 +52,17 @@ def add_videos(
                 unit="n.a.",
                 device=nwbfile.devices[CAMERA],
                 num_samples=len(one.frame_times_s),
-                **_clock(one.frame_times_s),
+                **clock,
             )
         )
 
 
-def _clock(times_s: NDArray[np.float64]) -> dict[str, Any]:
-    """Return a rate where frames come regularly, as NWB wants it, else each frame's time."""
-    steps_s = np.diff(times_s)
-    if len(steps_s) and np.ptp(steps_s) < _REGULAR_S:
-        return {"starting_time": float(times_s[0]), "rate": float(1 / steps_s.mean())}
-    return {"timestamps": times_s}
-
-
-def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
+def add_sounds(nwbfile: Any, placed: Sequence[Placed]) -> None:
     """Add room for each recording's vibration: sound, or channels of another kind."""
     from ndx_sound import AcousticWaveformSeries
     from pynwb import TimeSeries
 
-    for one in laid:
+    for one in placed:
         if dims.RA2 not in one.responses:
             continue
         vibration = one.responses[dims.RA2]
@@ -95,7 +90,7 @@ def _room(shape: tuple[int, ...], chunks: Any) -> Any:
     return H5DataIO(shape=shape, dtype=np.dtype("float32"), chunks=chunks, **_COMPRESSION)
 
 
-def add_tracks(nwbfile: Any, laid: Sequence[Laid]) -> None:
+def add_tracks(nwbfile: Any, placed: Sequence[Placed]) -> None:
     """Add room for where markers are seen: a series a marker, over the whole session.
 
     Cells, which never move, are left out.
@@ -103,10 +98,10 @@ def add_tracks(nwbfile: Any, laid: Sequence[Laid]) -> None:
     from hdmf.backends.hdf5 import H5DataIO
     from ndx_pose import PoseEstimation, PoseEstimationSeries, Skeleton, Skeletons
 
-    tracked = [one for one in laid if dims.POSITION in one.responses]
+    tracked = [one for one in placed if dims.POSITION in one.responses]
     if not tracked or dims.of_cells(tracked[0].responses):
         return
-    nodes = [_node(marker) for marker in range(tracked[0].responses.sizes[dims.MARKER])]
+    nodes = [f"marker_{m:03d}" for m in range(tracked[0].responses.sizes[dims.MARKER])]
     times_s = np.concatenate([one.frame_times_s for one in tracked])
     chunk, series = min(len(times_s), _CHUNK), list[Any]()
     for marker, node in enumerate(nodes):
@@ -139,7 +134,7 @@ def add_tracks(nwbfile: Any, laid: Sequence[Laid]) -> None:
     )
 
 
-def fill(file: Any, one: Laid, first_frame: int) -> int:
+def write_values(file: Any, one: Placed, first_frame: int) -> int:
     """Write sound and tracks of a recording where there is room for them in the HDF5 file.
 
     Parameters
@@ -166,11 +161,7 @@ def fill(file: Any, one: Laid, first_frame: int) -> int:
     detected = one.responses[dims.DETECTED].values
     last = first_frame + len(position)
     for marker in range(position.shape[1]):
-        series = file[f"{tracks}/{_node(marker)}"]
+        series = file[f"{tracks}/marker_{marker:03d}"]
         series["data"][first_frame:last] = position[:, marker]
         series["confidence"][first_frame:last] = detected[:, marker]
     return last
-
-
-def _node(marker: int) -> str:
-    return f"marker_{marker:03d}"

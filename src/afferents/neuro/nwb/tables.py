@@ -16,11 +16,11 @@ from afferents.spikes.units import RATE_HZ
 from afferents.store.responses import Responses, conditions
 
 GAP_S = 1.0
-"""Between recordings: nobody knows how long it really was."""
+"""Between recordings: how long it really was is not known."""
 
 
 @dataclass(frozen=True)
-class Laid:
+class Placed:
     """A recording's place on the session's clock.
 
     Attributes
@@ -43,7 +43,7 @@ class Laid:
         return self.start_s + np.asarray(self.responses[dims.TIME].values, np.float64)
 
 
-def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
+def place_recordings(recordings: Sequence[Responses]) -> list[Placed]:
     """Return recordings one after another, each from a whole second on.
 
     A store does not say at which time of day each recording was made, and NWB has one clock: it
@@ -52,12 +52,10 @@ def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
     found, start_s = [], 0.0
     names = safe_names(str(responses.attrs["name"]) for responses in recordings)
     for responses, name in zip(recordings, names.values(), strict=True):
-        found.append(Laid(name, responses, start_s))
+        found.append(Placed(name, responses, start_s))
         start_s = float(np.ceil(start_s + max(ends_of(responses), default=0.0) + GAP_S))
     return found
 
-
-# Units and trials of an NWB file.
 
 _TRIALS = {
     "texture": "What the fingertip slid over.",
@@ -72,11 +70,10 @@ _UNITS = {
     "apart, and times between them are interpolated.",
 }
 _FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
-_NUMBERS = "iufb"
 _TAKEN = ("id", "start_time", "stop_time", "duration_s", "tags", "timeseries")
 
 
-def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np.float64]:
+def add_trials(nwbfile: Any, spikes: Spikes, placed: Sequence[Placed]) -> NDArray[np.float64]:
     """Add a trial a recording: the stretch of it in which units were run.
 
     Returns
@@ -85,30 +82,24 @@ def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np
     """
     from pynwb.epoch import TimeIntervals
 
-    begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in laid])
+    begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in placed])
     duration_s = spikes.trials["duration_s"].to_numpy(np.float64)
     ends = pd.DataFrame({"start_time": begin, "stop_time": begin + duration_s})
     table = ends.join(spikes.trials.drop(columns="duration_s"))
-    further = _conditions(laid)
+    further = pd.DataFrame([conditions(one.responses) for one in placed], index=table.index)
+    for name in further:
+        values = further[name].infer_objects()
+        is_numeric = values.dtype.kind in "iufb"
+        further[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
+    names = safe_names(map(str, further)).values()  # some of which mean something else in the file
+    further.columns = [f"condition_{one}" if one in _TAKEN else one for one in names]
     table = table.join(further.drop(columns=[name for name in further if name in table]))
     about = {str(name): _TRIALS.get(str(name), "A condition of the recording.") for name in table}
     columns = [{"name": name, "description": text} for name, text in about.items()]
-    what = "experimental trials"
-    nwbfile.trials = TimeIntervals.from_dataframe(table, "trials", None, what, columns)
-    return begin
-
-
-def _conditions(laid: Sequence[Laid]) -> pd.DataFrame:
-    """Return conditions of recordings: numbers, NaN where one has none, else texts."""
-    table = pd.DataFrame([conditions(one.responses) for one in laid], index=range(len(laid)))
-    for name in table:
-        values = table[name].infer_objects()
-        is_numeric = values.dtype.kind in _NUMBERS
-        table[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
-    names = safe_names(map(str, table))  # some of which mean something else in the file
-    return table.rename(
-        columns={k: f"condition_{v}" if v in _TAKEN else v for k, v in names.items()}
+    nwbfile.trials = TimeIntervals.from_dataframe(
+        table, "trials", table_description="experimental trials", columns=columns
     )
+    return begin
 
 
 def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> None:
@@ -121,8 +112,11 @@ def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> Non
     from pynwb.misc import Units
 
     end_s = begin_s + spikes.trials["duration_s"].to_numpy(np.float64)
-    seen = [np.flatnonzero(of_unit) for of_unit in spikes.recorded.T]
-    times = [_times(spikes, unit, trials, begin_s) for unit, trials in enumerate(seen)]
+    seen = [np.flatnonzero(of_unit).tolist() for of_unit in spikes.recorded.T]
+    times = [
+        np.concatenate([np.empty(0), *(begin_s[t] + spikes.train(t, unit) for t in trials)])
+        for unit, trials in enumerate(seen)
+    ]
     intervals = [np.stack([begin_s[trials], end_s[trials]], axis=1) for trials in seen]
     columns = [
         *_ragged("spike_times", "Times of spikes on the session's clock, s.", times),
@@ -148,15 +142,8 @@ def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> Non
     )
 
 
-def _times(
-    spikes: Spikes, unit: int, trials: NDArray[np.int64], begin_s: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    trains = [begin_s[trial] + spikes.train(int(trial), unit) for trial in trials]
-    return np.concatenate([*trains, np.empty(0)])
-
-
 def _ragged(name: str, about: str, parts: Sequence[NDArray[Any]]) -> list[Any]:
-    """Return a column of as many values a row as there are, and where each row's end."""
+    """Return a column of several values a row, and where the values of each row end."""
     from hdmf.common import VectorData, VectorIndex
 
     values = VectorData(name=name, description=about, data=np.concatenate(parts))
