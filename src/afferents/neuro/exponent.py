@@ -14,7 +14,7 @@ from scipy.signal import welch
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.spikes.artificial import stretch_of
+from afferents.spikes.artificial import choose_stretch
 from afferents.store.responses import Responses
 
 LOW_HZ, HIGH_HZ = 10.0, 200.0
@@ -81,7 +81,7 @@ def exponents(recordings: Iterable[Responses]) -> pd.DataFrame:
         if dims.RA2 not in recording:
             continue
         rate_hz = float(recording[dims.RA2].attrs[dims.SAMPLE_RATE])
-        start_s, stop_s = stretch_of(recording)
+        start_s, stop_s = choose_stretch(recording)
         kept = slice(round(start_s * rate_hz), round(stop_s * rate_hz))
         exponent = np.nan
         if stop_s - start_s >= WINDOW_S:

@@ -18,7 +18,7 @@ from afferents.neuro.natural import read_spikes
 from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
-from afferents.spikes.artificial import artificial_spikes, of_recordings
+from afferents.spikes.artificial import artificial_spikes, join_recordings
 from afferents.spikes.population import Spikes
 from afferents.store.zarr_store import open_responses, open_whole
 
@@ -61,7 +61,7 @@ def spikes_of_store(
     jobs = (([one], model, seed, classes, start_s, stop_s) for one in recordings)
     workers = None if len(recordings) >= _MANY else 1
     done = side_by_side_numbered(artificial_spikes, jobs, workers, progress.note)
-    return of_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
+    return join_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from afferents.neuro.nwb.media import add_sounds, add_videos
 from afferents.neuro.nwb.tables import Placed, add_trials, place_recordings
 from afferents.recordings.pictures import ImageFolder
 from afferents.spikes import Spikes
-from afferents.spikes.artificial import ends_of
+from afferents.spikes.artificial import end_times
 from afferents.store.recording import Recording
 from afferents.store.zarr_store import open_responses
 
@@ -58,7 +58,7 @@ def test_the_inspector_finds_nothing_critical(written):
 
 def test_videos_sound_and_markers_lie_on_one_clock(content, written, stores, small_session):
     placed = place_recordings(open_responses(stores["video"]))
-    assert all(a.start_s + max(ends_of(a.responses)) < b.start_s for a, b in pairwise(placed))
+    assert all(a.start_s + max(end_times(a.responses)) < b.start_s for a, b in pairwise(placed))
     series = content.processing["behavior"]["markers"].pose_estimation_series
     times_s = series["marker_007"].timestamps[:]
     for one in placed:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.files import safe_names
-from afferents.spikes.artificial import ends_of, stretch_of
+from afferents.spikes.artificial import choose_stretch, end_times
 from afferents.spikes.population import Spikes
 from afferents.spikes.units import RATE_HZ
 from afferents.store.responses import Responses, conditions
@@ -53,7 +53,7 @@ def place_recordings(recordings: Sequence[Responses]) -> list[Placed]:
     names = safe_names(str(responses.attrs["name"]) for responses in recordings)
     for responses, name in zip(recordings, names.values(), strict=True):
         found.append(Placed(name, responses, start_s))
-        start_s = float(np.ceil(start_s + max(ends_of(responses), default=0.0) + GAP_S))
+        start_s = float(np.ceil(start_s + max(end_times(responses), default=0.0) + GAP_S))
     return found
 
 
@@ -82,7 +82,7 @@ def add_trials(nwbfile: Any, spikes: Spikes, placed: Sequence[Placed]) -> NDArra
     """
     from pynwb.epoch import TimeIntervals
 
-    begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in placed])
+    begin = np.array([one.start_s + choose_stretch(one.responses)[0] for one in placed])
     duration_s = spikes.trials["duration_s"].to_numpy(np.float64)
     ends = pd.DataFrame({"start_time": begin, "stop_time": begin + duration_s})
     table = ends.join(spikes.trials.drop(columns="duration_s"))
