@@ -177,13 +177,18 @@ def own_of(models: Sequence[Model]) -> list[Model]:
     return own
 
 
+BASELINES = {name: f"afferents.models.baselines:{name}" for name in ("chance", "nearest")}
+"""Models to compare with, by name; where they are, as they are made of scikit-learn."""
+
+
 def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     """Return the models asked for: those of the tables in their order, then one's own.
 
     Parameters
     ----------
     wanted
-        Models, or names separated by commas: ``all`` for the six of Table 1;
+        Models, or names separated by commas: ``all`` for the six of Table 1; ``chance`` and
+        ``nearest`` to compare with;
         ``package.module:NAME`` or ``file.py:NAME`` for a `Model` of one's own; nothing for
         ``best``, which depends on the data.
 
@@ -194,12 +199,13 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     """
     asked = [name for name in names_in(wanted) if name != "best"]
     chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
+    chosen = [BASELINES.get(name, name) for name in chosen]
     for name in chosen:
         if ":" not in name and name not in MODELS:
             do = f"; name what is in the file, as in {name}:NAME" if name.endswith(".py") else ""
             raise InputError(
-                f"--models: expected 'all', 'best', some of {', '.join(MODELS)}, or FILE.py:NAME, "
-                f"found '{name}'{do}"
+                f"--models: expected 'all', 'best', some of {', '.join([*MODELS, *BASELINES])}, "
+                f"or FILE.py:NAME, found '{name}'{do}"
             )
     own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
     own += [one for one in listed(wanted) if isinstance(one, Model)]
