@@ -12,8 +12,13 @@ import xarray as xr
 
 import afferents
 from afferents.neuro.neural import spikes_of_store
-from afferents.neuro.nwb.media import add_sounds, add_videos
-from afferents.neuro.nwb.tables import Placed, add_trials, place_recordings
+from afferents.neuro.nwb.content import (
+    Placed,
+    add_sounds,
+    add_trials,
+    add_videos,
+    place_recordings,
+)
 from afferents.recordings.pictures import ImageFolder
 from afferents.spikes import Spikes
 from afferents.spikes.artificial import end_times

@@ -9,28 +9,25 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from afferents import dims
-from afferents.choices import LARGEST_SEED, require_number, words_in
+from afferents import choices, dims, files
 from afferents.errors import InputError, reading
-from afferents.files import Place, require_free, write_aside
-from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, write_values
-from afferents.neuro.nwb.tables import GAP_S, Placed, add_trials, add_units, place_recordings
+from afferents.files import Place
+from afferents.neuro.nwb import content
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.session import recordings_of
 from afferents.spikes.artificial import artificial_spikes
-from afferents.store.integrity import ROOT
+from afferents.store import integrity, zarr_store
 from afferents.store.responses import Responses, textures_of
-from afferents.store.zarr_store import open_whole, store_config
 from afferents.version import __version__
 
 _SCRIPT = "afferents export-nwb"
 """In a file of ours, by which it is known as one."""
 _CLOCK = (
     "All times are on one clock that counts from the beginning of the first recording. Recordings "
-    f"lie one after another on it, at least {GAP_S:g} s apart, by texture and speed: in which "
-    "order and at which time of day they were made is not known. "
+    f"lie one after another on it, at least {content.GAP_S:g} s apart, by texture and speed: in "
+    "which order and at which time of day they were made is not known. "
 )
 _UNITS = (
     "Units are artificial: neuron models that the fingertip's responses drive (SA and RA by the "
@@ -97,19 +94,21 @@ def export_nwb(
     >>> export_nwb("responses.zarr", "session.nwb", session="session")
     PosixPath('session.nwb')
     """
-    import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
+    pynwb = import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
+    import h5py
+
     store, out = Path(store), Path(out)
-    require_number("--seed", seed, 0, LARGEST_SEED)
+    choices.require_number("--seed", seed, 0, choices.LARGEST_SEED)
     if out.suffix != ".nwb":
         raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [store] if session is None else [store, Path(session)]
-    require_free(out, _is_exported, force=force, reads=reads)
+    files.require_free(out, _is_exported, force=force, reads=reads)
     what = "a date and time such as 2026-03-31T09:30+02:00"
     with reading("--start-time", what, ValueError):
         began = datetime.fromisoformat(start_time) if isinstance(start_time, str) else start_time
     if began is not None and began.tzinfo is None:
         began = began.replace(tzinfo=UTC)
-    recordings = open_whole(store)
+    recordings = zarr_store.open_whole(store)
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
     if markers and len(numbers) > 1:  # there is one series a marker
         found = " and ".join(map(str, sorted(numbers)))
@@ -118,34 +117,27 @@ def export_nwb(
             "and --classes PC"
         )
     of_session = {} if session is None else recordings_of(read_session(session), recordings)
-    placed = place_recordings(recordings)
+    placed = content.place_recordings(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))
-        spikes = artificial_spikes(read, model, seed, words_in(classes))
+        spikes = artificial_spikes(read, model, seed, choices.words_in(classes))
         nwbfile = _make_file(store, out, recordings, began, f"{model}, seed {seed}")
-        add_units(nwbfile, spikes, add_trials(nwbfile, spikes, placed))
+        content.add_units(nwbfile, spikes, content.add_trials(nwbfile, spikes, placed))
         if of_session:
-            add_videos(nwbfile, placed, of_session, out)
+            content.add_videos(nwbfile, placed, of_session, out)
         if sound:
-            add_sounds(nwbfile, placed)
+            content.add_sounds(nwbfile, placed)
         if markers:
-            add_tracks(nwbfile, placed)
-        with write_aside(out) as partial:
-            _write(partial, nwbfile, placed, progress)
+            content.add_tracks(nwbfile, placed)
+        with files.write_aside(out) as partial:
+            # the temporary name has no .nwb, of which there is a warning
+            with warnings.catch_warnings(action="ignore"), pynwb.NWBHDF5IO(str(partial), "w") as io:
+                io.write(nwbfile)
+            frame = 0
+            with h5py.File(partial, "r+") as file:
+                for one in progress.track(placed, "writing", len(placed)):
+                    frame = content.write_values(file, one, frame)
     return out
-
-
-def _write(path: Path, nwbfile: Any, placed: Sequence[Placed], progress: Progress) -> None:
-    import h5py
-    from pynwb import NWBHDF5IO
-
-    # the temporary name has no .nwb, of which there is a warning
-    with warnings.catch_warnings(action="ignore"), NWBHDF5IO(str(path), "w") as io:
-        io.write(nwbfile)
-    frame = 0
-    with h5py.File(path, "r+") as file:
-        for one in progress.track(placed, "writing", len(placed)):
-            frame = write_values(file, one, frame)
 
 
 def _make_file(
@@ -155,10 +147,10 @@ def _make_file(
     from pynwb import NWBFile
     from pynwb.file import Subject
 
-    config = store_config(store)
+    config = zarr_store.store_config(store)
     simulated = bool(config.get("declared", {}).get("simulated"))
     textures = textures_of(recordings)
-    written = datetime.fromtimestamp((store / ROOT).stat().st_mtime, tz=UTC)
+    written = datetime.fromtimestamp((store / integrity.ROOT).stat().st_mtime, tz=UTC)
     nwbfile = NWBFile(
         session_description="A soft tactile fingertip slides over textures"
         f"{', simulated' if simulated else ''}. {_CLOCK}{_UNITS}",
@@ -192,7 +184,7 @@ def _make_file(
         "file is in data_collection.",
     )
     nwbfile.create_device(
-        name=CAMERA, description="Films the markers on the inside of the fingertip's skin."
+        name=content.CAMERA, description="Films the markers on the inside of the fingertip's skin."
     )
     return nwbfile
 
