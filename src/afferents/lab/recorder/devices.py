@@ -20,7 +20,7 @@ from afferents.lab.devices.base import (
     Microphone,
     MicrophoneSettings,
 )
-from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.plan import Plan
 from afferents.lab.writers import HEADER_BYTES, SAMPLE_BYTES
 
@@ -170,9 +170,9 @@ def make_devices(plan: Plan, path: Path) -> Devices:
             "name real ones"
         )
     return Devices(
-        device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
-        None if sound is None else device_of(MICROPHONES, sound, f"{path}, [microphone]"),
-        device_of(DRIVES, plan.drive, f"{path}, [drive]"),
+        make_device(CAMERAS, plan.camera, f"{path}, [camera]"),
+        None if sound is None else make_device(MICROPHONES, sound, f"{path}, [microphone]"),
+        make_device(DRIVES, plan.drive, f"{path}, [drive]"),
         Clock(),
     )
 

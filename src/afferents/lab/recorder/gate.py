@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import reason_of
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings, MicrophoneSettings
-from afferents.lab.devices.picture import picture_of
+from afferents.lab.devices.picture import decode_picture
 from afferents.lab.recorder.devices import Devices
 from afferents.lab.recorder.plan import Plan, Tolerance
 from afferents.markers.detect import detect
@@ -243,7 +243,7 @@ def _readable(video: Path, counts: Counts) -> Check:
 
 def _markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Plan) -> Check:
     """Look for the markers in a picture at rest and in the last."""
-    pictures = [picture_of(data, camera) for data in (log.rest, log.last)]
+    pictures = [decode_picture(data, camera) for data in (log.rest, log.last)]
     found = [len(detect(as_grey(*seen), sensor)) if seen else 0 for seen in pictures]
     usual = sensor.n_markers or found[0]
     missing = max(0.0, 1 - min(found) / max(usual, 1))

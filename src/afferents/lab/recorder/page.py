@@ -11,7 +11,7 @@ from afferents.errors import InputError
 from afferents.lab.devices.base import CameraSettings
 from afferents.lab.devices.base import Frame as Taken
 from afferents.lab.devices.clock import SampleClock
-from afferents.lab.devices.picture import picture_of
+from afferents.lab.devices.picture import decode_picture
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
 from afferents.lab.live.images import SHOWN, Filled, Filling, require_places
@@ -82,7 +82,7 @@ class RecordingPage(Shown):
         self._audio: AudioStream | None = None
 
     def _feed(self, taken: Taken, camera: CameraSettings) -> None:
-        picture = picture_of(taken.data, camera)
+        picture = decode_picture(taken.data, camera)
         if picture is None:
             return
         frame = CameraFrame(Frame(taken.time_s, *picture), 0.0)
@@ -121,7 +121,7 @@ class RecordingPage(Shown):
 def _jpeg(taken: Taken, camera: CameraSettings) -> bytes | None:
     if camera.format == "MJPG":
         return taken.data
-    picture = picture_of(taken.data, camera)
+    picture = decode_picture(taken.data, camera)
     if picture is None:
         return None
     return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])

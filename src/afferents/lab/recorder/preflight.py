@@ -17,7 +17,7 @@ from afferents.lab.devices.base import (
     Frame,
     MicrophoneSettings,
 )
-from afferents.lab.devices.picture import picture_of
+from afferents.lab.devices.picture import decode_picture
 from afferents.lab.recorder.devices import Devices
 from afferents.lab.recorder.gate import Check, count_on
 from afferents.lab.recorder.plan import Plan
@@ -111,7 +111,7 @@ def check_rate(settings: CameraSettings, frames: list[Frame], plan: Plan) -> Che
 def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
     """Judge light, focus and markers of a picture of the skin at rest."""
     image = next(
-        (as_grey(*p) for f in frames[5:] if (p := picture_of(f.data, devices.camera.settings))),
+        (as_grey(*p) for f in frames[5:] if (p := decode_picture(f.data, devices.camera.settings))),
         None,
     )
     if image is None:

@@ -23,7 +23,7 @@ from afferents.lab.devices.base import (
     MicrophoneSettings,
     Options,
 )
-from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
 from afferents.lab.recorder.plan import Entry, Plan
 from afferents.rig.camera import Renderer, project
@@ -291,7 +291,7 @@ def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
         if table.get("kind") == SIMULATED:
             as_form(table, SimulatedOptions, where, "options of simulated")
         else:
-            device_of(kinds, table, where)
+            make_device(kinds, table, where)
         return simulated(bench)
 
     return Devices(
