@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 from afferents.lab.devices.base import CameraSettings
 
 Luma = NDArray[np.uint8]
+Picture = tuple[Luma, Luma | None]
 
 LIMITED = np.clip((np.arange(256) - 16) * 255 / 219, 0, 255).round().astype(np.uint8)
 """Grey level of each luma value from 16 to 235, as cameras give YUYV."""
 
 
-def decode_picture(data: bytes, settings: CameraSettings) -> tuple[Luma, Luma | None] | None:
+def decode_picture(data: bytes, settings: CameraSettings) -> Picture | None:
     """Decode what a camera gave.
 
     Parameters
