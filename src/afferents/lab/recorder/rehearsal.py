@@ -117,12 +117,24 @@ class Bench:
             self.film = simulate_film(self.rig, entry, self._plan)
         self._entry, self.attempt, self._zero_s = entry, attempt, -np.inf
 
-    def roll(self) -> tuple[float, Film]:
-        """Return when the film has begun, s, and the film; the first to ask starts it."""
+    def roll(self) -> float:
+        """Return when the film has begun, s; the first to call starts it."""
         with self._lock:
             if not np.isfinite(self._zero_s):
                 self._zero_s = self.clock.now()
-            return self._zero_s, self.film
+            return self._zero_s
+
+    def play(
+        self, time_s: NDArray[np.float64], ended: threading.Event
+    ) -> Iterator[tuple[int, float]]:
+        """Yield a number at each of these times of the film, and when the film has begun, s."""
+        ended.clear()
+        zero_s = self.roll()
+        for number, at_s in enumerate(time_s):
+            if self.clock.wait(zero_s + at_s - self.clock.now(), ended):
+                return
+            yield number, zero_s
+        ended.wait()
 
     def drum(self) -> tuple[float, float, float]:
         """Return the time, s, and the drum's way and speed, mm."""
@@ -199,47 +211,39 @@ class SimulatedCamera(_OnBench, base.Camera):
     """Gives the rig's film as JPEGs, each at its time."""
 
     def open(self) -> None:
-        """Say how it is set."""
+        """Take the rig's settings."""
         camera = self._bench.rig.camera
         mode = camera.width, camera.height, camera.fps_hz
         self.settings = CameraSettings(SIMULATED, "MJPG", *mode)
 
     def frames(self) -> Iterator[Frame]:
         """Yield the film of the drum that is mounted."""
-        self._ended.clear()
-        zero_s, film = self._bench.roll()
-        for number, (time_s, jpeg) in enumerate(zip(film.time_s, film.jpegs, strict=True)):
-            if self._bench.clock.wait(zero_s + time_s - self._bench.clock.now(), self._ended):
-                return
-            yield Frame(number, zero_s + float(time_s), False, jpeg)
-        self._ended.wait()
+        film = self._bench.film
+        for number, zero_s in self._bench.play(film.time_s, self._ended):
+            yield Frame(number, zero_s + float(film.time_s[number]), False, film.jpegs[number])
 
 
 class SimulatedMicrophone(_OnBench, base.Microphone):
     """Gives the rig's sound."""
 
     def open(self) -> None:
-        """Say how it is set."""
+        """Take the rig's settings."""
         self.settings = base.MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the sound of the drum that is mounted."""
-        self._ended.clear()
-        zero_s, film = self._bench.roll()
-        for first in range(0, len(film.sound), _BLOCK):
-            start_s = zero_s + first / SAMPLE_RATE_HZ
-            wait_s = start_s + _BLOCK / SAMPLE_RATE_HZ - self._bench.clock.now()
-            if self._bench.clock.wait(wait_s, self._ended):
-                return
-            yield Block(start_s, film.sound[first : first + _BLOCK], False)
-        self._ended.wait()
+        sound = self._bench.film.sound
+        first = np.arange(0, len(sound), _BLOCK)
+        for number, zero_s in self._bench.play((first + _BLOCK) / SAMPLE_RATE_HZ, self._ended):
+            n = int(first[number])
+            yield Block(zero_s + n / SAMPLE_RATE_HZ, sound[n : n + _BLOCK], False)
 
 
 class SimulatedDrive(_OnBench, base.Drive):
     """Turns the rig's drum."""
 
     def open(self) -> None:
-        """Say what it can do."""
+        """Take its limits."""
         self.limits = DriveLimits(1.0, 500.0)
 
     def close(self) -> None:
