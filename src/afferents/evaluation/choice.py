@@ -23,7 +23,7 @@ from afferents.folds.corruption import Corruption
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.fitted import require_buildable
-from afferents.models.fitting import learns_in_a_loop, recipe_of
+from afferents.models.fitting import choose_recipe, learns_in_a_loop
 from afferents.models.model import MODELS, Model
 from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
@@ -74,7 +74,7 @@ def _has_penalty(model: Model) -> bool:
 
 def _learns_as(networks: Collection[str], encodings: Encodings, model: Model) -> bool:
     of_network = learns_in_a_loop(model)
-    return of_network and recipe_of(model, encodings.of(model.encoding)) in networks
+    return of_network and choose_recipe(model, encodings.of(model.encoding)) in networks
 
 
 def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:

@@ -15,7 +15,7 @@ from afferents.evaluation.intervals import accuracies_of, bootstrap_unit_of, pre
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
 from afferents.folds.controls import controlled, controls_of
-from afferents.models.fit_solved import predict_left_out
+from afferents.models.solved import predict_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 

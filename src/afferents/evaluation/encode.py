@@ -20,8 +20,8 @@ from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
+from afferents.models.fusion import LateFusion
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
-from afferents.models.solved import LateFusion
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
 from afferents.store.motion import Series, has_speed, speed_along

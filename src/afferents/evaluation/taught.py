@@ -21,9 +21,8 @@ from afferents.evaluation.train import all_but_the_middle
 from afferents.folds.held_out import SPEED
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model, most_that_can_show
-from afferents.models.confidence import KNOWN
+from afferents.models.deployed import KNOWN, Deployed
 from afferents.models.fit_solved import learn, new_solved
-from afferents.models.folder import Deployed
 from afferents.models.learning_set import LearningSet, thinned
 from afferents.models.model import MODELS
 

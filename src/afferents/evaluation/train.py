@@ -38,12 +38,14 @@ from afferents.evaluation.results import load_results
 from afferents.files import Place, require_free
 from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
+from afferents.models import folder
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
 from afferents.models.classifiers import classifier_of
+from afferents.models.deployed import Deployed, Recogniser
 from afferents.models.fitted import Part
-from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
+from afferents.models.fitting import choose_recipe, fit_once, learns_in_a_loop
+from afferents.models.folder import find_own_types, is_model_folder, save_model
 from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
 from afferents.plugins import reference_of
@@ -125,7 +127,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding), mark)
         mark(1)
-    own = own_types(deployed.network)
+    own = find_own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
     learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
     card = Card(
@@ -185,7 +187,7 @@ def _require_deployable(model: Model) -> None:
 def trained_on(training: Training, part: Part, mark: Mark) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
-    recipe = recipe_of(training.model, part.encoding)
+    recipe = choose_recipe(training.model, part.encoding)
     config = training.options.training(recipe)
     network, learnt = fit_once(training.model, part, config, training.seed, mark)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
@@ -266,7 +268,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
 
 def _recipe_of(training: Training) -> str:
     """Return the name of the recipe that the model's network is trained by."""
-    return recipe_of(training.model, training.encodings.of(training.model.encoding))
+    return choose_recipe(training.model, training.encodings.of(training.model.encoding))
 
 
 def _worst(split: Split, group: str) -> dict[str, Any]:
@@ -433,7 +435,7 @@ def load_model(model: Place) -> Recogniser:
     >>> model.predict(x).probability.dims
     ('sample', 'texture')
     """
-    return Recogniser.of_folder(Path(model))
+    return folder.load_model(Path(model))
 
 
 def samples(

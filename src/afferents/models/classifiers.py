@@ -9,9 +9,10 @@ from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
+from afferents.models.fusion import LateFusion
 from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
 from afferents.models.orders import OrderSearch
-from afferents.models.solved import Discriminant, LateFusion, Ridge
+from afferents.models.solved import Discriminant, Ridge
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""

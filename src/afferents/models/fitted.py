@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from afferents import dims
@@ -14,9 +13,9 @@ from afferents.encodings.samples import Samples, textures_of
 from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.base import Classifier, Network, Task, build_for
+from afferents.models.checkpoint import Checkpoint
 from afferents.models.classifiers import classifier_of
 from afferents.models.config import TrainingConfig
-from afferents.models.loop import Checkpoint
 from afferents.models.model import Model
 
 Check = Callable[[int, Indices], None]
@@ -142,20 +141,6 @@ def ask_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
             "it goes by the samples tested, which are to be unseen"
         )
     return {"prediction_ms": round(1000 * float(np.median(spent)), 3)}
-
-
-def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
-    """Return what stands in the record of a fold that was learnt without epochs."""
-    return {
-        "validated_by": fold.validated_by,
-        "validation_accuracy": validation_accuracy,
-        "n_train": n_train,
-        "n_validation": len(fold.validation),
-        "n_test": len(fold.test),
-        "epochs": 0,
-        "passes": n_train,
-        "torch": torch.__version__,
-    }
 
 
 def new_classifier(

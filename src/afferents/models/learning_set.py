@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from afferents import dims
@@ -152,48 +151,3 @@ def thinned(index: Indices, kept: int | None) -> Indices:
     steps = (np.arange(kept) + 0.5) * len(index) / kept
     spread: Indices = index[steps.astype(np.int64)]
     return spread
-
-
-# Which samples of one kind belong to a window of another: those that end within it.
-
-Floats = NDArray[np.float64]
-
-
-def mean_within(
-    lead: Samples, windows: Indices, other: Samples, index: Indices, values: Floats
-) -> Floats:
-    """Return the mean value of the samples that end within each window.
-
-    Parameters
-    ----------
-    lead, windows
-        Samples whose extents are the windows, and which of them are asked for, (n,).
-    other, index, values
-        Samples of another kind, which of them have values, (m,), and these values, (m, k).
-
-    Returns
-    -------
-    Shape (n, k); 0 where no sample of the other kind ends within a window.
-    """
-    found = np.zeros((len(windows), values.shape[1]))
-    recording, stop_s = _touches(other)[index], other[dims.STOP].values[index]
-    of_window = _touches(lead)[windows]
-    for name in np.unique(of_window):
-        mine = np.flatnonzero(of_window == name)
-        theirs = np.flatnonzero(recording == name)
-        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
-        sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[order], axis=0)])
-        edges = (lead[which].values[windows[mine]] for which in (dims.START, dims.STOP))
-        first, stop = (np.searchsorted(stop_s[order], edge, side="right") for edge in edges)
-        n = (stop - first)[:, None]
-        found[mine] = np.where(n > 0, (sums[stop] - sums[first]) / np.maximum(n, 1), 0.0)
-    return found
-
-
-def _touches(samples: Samples) -> NDArray[np.str_]:
-    """Return what names each sample's recording, and its variant and part if it has several."""
-    named = samples[dims.RECORDING].values.astype(np.str_)
-    for mark, name in (("#", dims.VARIANT), ("@", dims.GROUP)):
-        if name in samples.coords:
-            named = np.char.add(named, np.char.add(mark, samples[name].values.astype(np.str_)))
-    return named

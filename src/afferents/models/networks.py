@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.errors import InputError
+from afferents.models import hardware
 from afferents.models.base import Network, Task
 from afferents.models.layers import (
     FlattenChannelsLast,
@@ -15,7 +16,6 @@ from afferents.models.layers import (
     batch_norm_maps,
     batch_norm_units,
     initialise_like_keras,
-    takes_bfloat16,
 )
 
 # The network of the spatial encoding: one tactile image, SA-I or RA-I (SA-SE, RA-SE).
@@ -202,7 +202,7 @@ def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
     On a CPU that has no LSTM in bfloat16 it is computed in float32, whatever the rest of the
     network is in: it is a small part of the work.
     """
-    apart = torch.is_autocast_enabled("cpu") and not takes_bfloat16()
+    apart = torch.is_autocast_enabled("cpu") and not hardware.takes_bfloat16()
     with torch.autocast("cpu", enabled=False) if apart else nullcontext():
         last: Tensor = lstm(of_frames.float() if apart else of_frames)[0][:, -1]
     return last

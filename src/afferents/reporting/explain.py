@@ -34,7 +34,8 @@ from afferents.files import Place, holds_only, is_our_picture, require_free, wri
 from afferents.folds.held_out import Group, Split, order
 from afferents.markers.places import images_of
 from afferents.models.card import Card, require_unit
-from afferents.models.folder import Deployed, load_model
+from afferents.models.deployed import Deployed
+from afferents.models.folder import load_model
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.labels import texture_labels

@@ -17,7 +17,7 @@ from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import at_work, plan
 from afferents.files import write_json
 from afferents.models import fitting
-from afferents.models.loop import Checkpoint
+from afferents.models.checkpoint import Checkpoint
 from afferents.models.model import models_in
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE

@@ -8,7 +8,7 @@ import torch
 from torch import nn
 
 from afferents.errors import InputError
-from afferents.models import networks
+from afferents.models import hardware
 from afferents.models.classifiers import build
 from afferents.models.layers import kernels_with_l2, l2_penalty
 from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
@@ -131,7 +131,7 @@ def test_frames_of_a_run_share_one_network_and_their_order_matters():
 def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
     model, of_frames = CnnLstm(13).eval(), torch.randn(3, 10, 1152)
     expected = model.after(of_frames)
-    monkeypatch.setattr(networks, "takes_bfloat16", lambda: False)
+    monkeypatch.setattr(hardware, "takes_bfloat16", lambda: False)
     with torch.autocast("cpu", dtype=torch.bfloat16):
         found = model.after(of_frames.bfloat16())
         torch.testing.assert_close(model.after(of_frames), expected)

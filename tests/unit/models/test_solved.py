@@ -17,7 +17,6 @@ from afferents.models.solved import (
     Ridge,
     Rows,
     equal_weights,
-    sum_of,
 )
 
 PER_OCTAVE = 24
@@ -187,7 +186,7 @@ def test_fewer_samples_than_features_are_solved_to_the_same_weights():
     y, weight = torch.nn.functional.one_hot(labels, 5), 0.5 + torch.rand(30)
     gram = Gram(80, 5)
     gram.add(x, y, weight)
-    rows = sum_of([Rows(x[:12], y[:12], weight[:12]), Rows(x[12:], y[12:], weight[12:])])
+    rows = Rows(x[:12], y[:12], weight[:12]) + Rows(x[12:], y[12:], weight[12:])
     strength = 0.5 + torch.rand(80)
     # Of the 2 that never varies, rounding of its mean is left, over the discriminant's penalty.
     rounding = 30 * 2.0 * torch.finfo(torch.float64).eps / (0.1 * _LEAST_SHARE * 2.0**2)

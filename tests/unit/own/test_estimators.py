@@ -157,7 +157,7 @@ def test_a_type_that_the_card_does_not_name_is_never_made(model, tmp_path, monke
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("with_function", r"estimators of a module of one's own.*doubled"),
+        ("with_function", r"estimators of a module of your own.*doubled"),
         ("raises", "the classifier Rude: ValueError: no, thank you"),
     ],
 )
