@@ -15,7 +15,7 @@ from afferents.models.orders import OrderSearch
 from afferents.models.solved import Discriminant, Ridge
 
 _TRIAL = 2
-"""Samples that a module of somebody's is tried with before it is trained."""
+"""Samples that a user's module is tried with before it is trained."""
 _LEAST = 1e-12
 """Probabilities below are as good as 0."""
 _TOLERANCE = 1e-3
@@ -51,7 +51,18 @@ def classifier_of(wanted: Any) -> type[Classifier]:
             known = f"one of {', '.join(CLASSIFIERS)}, or an object"
             raise InputError(f"classifier: expected {known}, found '{wanted}'")
         return CLASSIFIERS[wanted]
-    return _wrapped(wanted)
+    title = type(wanted).__name__
+    is_made = not isinstance(wanted, type)
+    if is_made and hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
+        return type("Own" + title, (OwnEstimator,), {"name": title, "estimator": wanted})
+    if callable(wanted) and not isinstance(wanted, nn.Module) and not hasattr(wanted, "fit"):
+        title = getattr(wanted, "__qualname__", title)
+        return type("OwnNetwork", (OwnNetwork,), {"name": title, "make": staticmethod(wanted)})
+    raise InputError(
+        "classifier: expected a name, a scikit-learn estimator with predict_proba, or a function "
+        "(n_classes, sample_shape) that returns a torch.nn.Module, found "
+        f"{title}{' without predict_proba' if hasattr(wanted, 'fit') else ''}"
+    )
 
 
 def build(
@@ -73,41 +84,16 @@ def build(
     Raises
     ------
     InputError
-        If the samples have another number of dims or are too small, or there is nothing to tell
-        apart.
+        If the samples have another number of dims or are too small, or there are fewer
+        than two textures.
     """
     kind = classifier_of(classifier)
     dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
     return build_for(kind, Task(n_classes, sample_shape, dims, seed=seed))
 
 
-# Classifiers of a user's own.
-
-
-def _wrapped(wanted: Any) -> type[Classifier]:
-    """Return a classifier that wraps an estimator, or a function that makes a module.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    title = type(wanted).__name__
-    made = not isinstance(wanted, type)
-    if made and hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
-        return type("Own" + title, (OwnEstimator,), {"name": title, "estimator": wanted})
-    if callable(wanted) and not isinstance(wanted, nn.Module) and not hasattr(wanted, "fit"):
-        title = getattr(wanted, "__qualname__", title)
-        return type("OwnNetwork", (OwnNetwork,), {"name": title, "make": staticmethod(wanted)})
-    raise InputError(
-        "classifier: expected a name, a scikit-learn estimator with predict_proba, or a function "
-        "(n_classes, sample_shape) that returns a torch.nn.Module, found "
-        f"{title}{' without predict_proba' if hasattr(wanted, 'fit') else ''}"
-    )
-
-
 class OwnNetwork(Network):
-    """A torch module that somebody's function makes, trained in the loop as any network."""
+    """A torch module that a user's function makes, trained in the loop as any network."""
 
     recipe = ""
     novelty_of_scores = True
@@ -143,7 +129,7 @@ class OwnNetwork(Network):
 
     @property
     def n_last(self) -> int:
-        """Number of textures, whose scores tell what is unknown."""
+        """Number of textures: novelty is measured on their scores."""
         return self.n_classes
 
     def features(self, samples: Tensor) -> Tensor:
@@ -156,7 +142,7 @@ class OwnNetwork(Network):
         return self.features(samples)
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return them."""
+        """Return the features, which are the scores."""
         return features
 
 
@@ -184,14 +170,14 @@ class OwnEstimator(Solved):
     @classmethod
     def of_fitted(cls, fitted: Any, task: Task) -> Self:
         """Return one with an estimator that has learnt already."""
-        made: type[Self] = _wrapped(fitted)  # type: ignore[assignment]
+        made: type[Self] = classifier_of(fitted)  # type: ignore[assignment]
         classifier = made.built_for(task)
         classifier.fitted = fitted
         return classifier
 
     @property
     def n_last(self) -> int:
-        """Number of textures, whose scores tell what is unknown."""
+        """Number of textures: novelty is measured on their scores."""
         return self.n_classes
 
     def last_features(self, samples: Tensor) -> Tensor:
@@ -199,11 +185,11 @@ class OwnEstimator(Solved):
         return self.scores(samples)
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return them."""
+        """Return the features, which are the scores."""
         return features
 
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
-        """Let the estimator learn; it is not told weights or speeds."""
+        """Let the estimator learn, without weights or speeds."""
         try:
             self.fitted.fit(data.values.flatten(1).numpy(), data.labels.numpy())
         except Exception as error:

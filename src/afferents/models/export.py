@@ -10,7 +10,7 @@ from torch import nn
 
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.files import Place, require_free, write_aside
-from afferents.models.card import METADATA, Card, names_of
+from afferents.models.card import METADATA, Card, tensor_names
 from afferents.models.deployed import Stepping
 from afferents.models.folder import load_model
 from afferents.models.networks import CnnLstm
@@ -89,7 +89,7 @@ def _is_exported(path: Path) -> bool:
 
 def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
-    inputs, outputs = names_of(stepping=len(sample) > 1)
+    inputs, outputs = tensor_names(stepping=len(sample) > 1)
     try:
         with warnings.catch_warnings(action="ignore"):
             torch.onnx.export(
@@ -115,7 +115,7 @@ def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path
     import onnxruntime
 
     session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
-    inputs, _ = names_of(stepping=len(sample) > 1)
+    inputs, _ = tensor_names(stepping=len(sample) > 1)
     rng = np.random.default_rng(0)
     for _ in range(_TRIALS):
         trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]

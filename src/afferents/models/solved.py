@@ -208,7 +208,7 @@ class Ridge(Solved):
 
     @property
     def n_last(self) -> int:
-        """Number of textures, whose scores tell what is unknown."""
+        """Number of textures: novelty is measured on their scores."""
         return cast("nn.Linear", self.dense[0]).out_features
 
     def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:

@@ -10,7 +10,7 @@ from afferents.channels import channel_of
 from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError, reading, then
-from afferents.models.card import METADATA, Card, names_of, parse_card
+from afferents.models.card import METADATA, Card, parse_card, tensor_names
 from afferents.plugins import import_extra
 
 
@@ -67,7 +67,7 @@ class Network:
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
         found = {o.name: tuple(o.shape) for o in self._session.get_outputs()}
         self._stepping = "past" in shapes
-        inputs, outputs = names_of(self._stepping)
+        inputs, outputs = tensor_names(self._stepping)
         self._input = inputs[0]
         shape = (1, *(self.card.shape[1:] if self._stepping else self.card.shape))
         says = (1, len(self.card.textures))
