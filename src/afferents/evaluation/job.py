@@ -33,7 +33,7 @@ from afferents.folds.corruption import fold_of_variants, in_variants
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
 from afferents.models.checkpoint import Checkpoint
-from afferents.models.fitted import Fitting, Part, ask_alone
+from afferents.models.fitted import Fitting, Part, predict_alone
 from afferents.models.fitting import choose_recipe, fit, learns_in_a_loop
 from afferents.models.folder import dump_weights
 from afferents.models.hardware import is_out_of_memory
@@ -147,7 +147,7 @@ def train_and_test(
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
-    alone = ask_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
+    alone = predict_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
     table = predictions_table(
         key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
         fitted.speed_mm_s,

@@ -23,7 +23,7 @@ from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model, most_that_can_show
 from afferents.models.deployed import KNOWN, Deployed
 from afferents.models.fit_solved import learn, new_solved
-from afferents.models.learning_set import LearningSet, thinned
+from afferents.models.learning_set import LearningSet, thin
 from afferents.models.model import MODELS
 
 Floats = NDArray[np.float32]
@@ -49,7 +49,7 @@ class Nearest:
 
     def __init__(self, values: Floats, labels: NDArray[np.int64]) -> None:
         """Set the limit: `KNOWN` of the samples have another one that is nearer."""
-        kept = thinned(np.arange(len(values)), _MOST)
+        kept = thin(np.arange(len(values)), _MOST)
         flat, labels = values.reshape(len(values), -1)[kept].astype(np.float64), labels[kept]
         within = np.mean([flat[labels == c].var(axis=0) for c in np.unique(labels)], axis=0)
         sd = np.maximum(flat.std(axis=0), _LEAST_SD)

@@ -98,13 +98,11 @@ class Classifier(nn.Module, ABC):
         raise InputError(f"the classifier: expected one that can run live, found {self.name}")
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return the scores of the textures (logits), (batch, n_classes), of last features."""
-        raise InputError(f"the classifier: expected one that can run live, found {self.name}")
+        """Return the scores of the textures (logits), (batch, n_classes), of last features.
 
-    @property
-    def n_last(self) -> int:
-        """Number of values that novelty is measured on."""
-        raise InputError(f"the classifier: expected one that can run live, found {self.name}")
+        Here they themselves.
+        """
+        return features
 
     def forward(self, samples: Tensor) -> Tensor:
         """Return the scores of the textures, (batch, n_classes), of scaled samples."""
@@ -128,6 +126,11 @@ class Network(Classifier):
     recipe: ClassVar[str]
     light_dropout: ClassVar[tuple[float, ...]] = ()
     dense: nn.Sequential
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one, made of the number of textures and the sizes of a sample."""
+        return cls(task.n_classes, *task.sample_shape)
 
     @abstractmethod
     def features(self, samples: Tensor) -> Tensor:
@@ -223,13 +226,12 @@ def build_for(kind: type[Classifier], task: Task) -> Classifier:
         raise InputError(
             f"the data: expected at least 2 textures to tell apart, found {task.n_classes}"
         )
+    found = f"({', '.join(task.sample_dims)})"
     if kind.takes and task.sample_dims != kind.takes:
         expected = f"({', '.join(kind.takes)})"
-        found = f"({', '.join(task.sample_dims)})"
         raise InputError(f"the classifier {kind.name}: expected samples {expected}, found {found}")
     if len(task.sample_dims) != len(task.sample_shape):
-        expected = f"the shape ({', '.join(task.sample_dims)})"
-        raise InputError(f"samples: expected {expected}, found {task.sample_shape}")
+        raise InputError(f"samples: expected the shape {found}, found {task.sample_shape}")
     with torch.random.fork_rng(devices=[]):
         torch.default_generator.manual_seed(task.seed)
         built = kind.built_for(task)

@@ -47,15 +47,16 @@ def calibrate_model(
 ) -> Calibration:
     """Set a network's temperature and what it knows, in place."""
     train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
-    unseen = _last_features(deployed, learnt.values, held)
-    deployed.fit_novelty(
-        _last_features(deployed, learnt.values, train), learnt.labels[train], unseen
-    )
+    network = deployed.network
+    seen, unseen = (_last_features(deployed, learnt.values, index) for index in (train, held))
+    of_scores = network.novelty_of_scores
+    known, held_out = (network.scores_of(f) if of_scores else f for f in (seen, unseen))
+    deployed.novelty.fit(known, learnt.labels[train], held_out)
     labels = learnt.labels[held].numpy()
     recording = samples[dims.RECORDING].values[fold.validation]
     n = len(np.unique(recording))
     most_shown = most_that_can_show(n)
-    logits = deployed.network.scores_of(unseen).double().numpy()
+    logits = network.scores_of(unseen).double().numpy()
     temperature = fit_temperature(lambda temperature: logits / temperature, labels)
     temperature = soften(logits, temperature, most_shown)
     deployed.temperature = torch.tensor(temperature)

@@ -127,11 +127,6 @@ class OwnNetwork(Network):
             raise InputError(f"the classifier {cls.name}: expected {expected}, found {shape}")
         return made
 
-    @property
-    def n_last(self) -> int:
-        """Number of textures: novelty is measured on their scores."""
-        return self.n_classes
-
     def features(self, samples: Tensor) -> Tensor:
         """Return logits: what a module does inside is its own."""
         logits: Tensor = self.module(samples)
@@ -142,7 +137,7 @@ class OwnNetwork(Network):
         return self.features(samples)
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return the features, which are the scores."""
+        """Return the features, which are the logits."""
         return features
 
 
@@ -175,18 +170,9 @@ class OwnEstimator(Solved):
         classifier.fitted = fitted
         return classifier
 
-    @property
-    def n_last(self) -> int:
-        """Number of textures: novelty is measured on their scores."""
-        return self.n_classes
-
     def last_features(self, samples: Tensor) -> Tensor:
         """Return log-probabilities: what an estimator does inside is its own."""
         return self.scores(samples)
-
-    def scores_of(self, features: Tensor) -> Tensor:
-        """Return the features, which are the scores."""
-        return features
 
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Let the estimator learn, without weights or speeds."""

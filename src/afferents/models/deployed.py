@@ -12,9 +12,9 @@ from afferents.channels import channel_of
 from afferents.encodings.samples import Samples, speeds_told
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError
-from afferents.models.base import Classifier
+from afferents.models.base import Classifier, Network
 from afferents.models.card import Card, require_unit
-from afferents.models.networks import CnnLstm
+from afferents.models.networks import CnnLstm, last_state
 
 KNOWN = 0.95
 """Share of samples, of textures known at a speed not learnt from, whose novelty is below 1."""
@@ -105,7 +105,9 @@ class Deployed(nn.Module):
         self.network = network
         self.scale = scale
         self.register_buffer("temperature", torch.ones(()))
-        self.novelty = Novelty(n_classes, network.n_last)
+        of_scores = network.novelty_of_scores
+        n_values = n_classes if of_scores else cast("Network", network).n_last
+        self.novelty = Novelty(n_classes, n_values)
 
     def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
         """Return probabilities (batch, n_classes) and novelty (batch,)."""
@@ -120,23 +122,6 @@ class Deployed(nn.Module):
         scores = self.network.scores_of(features)
         novelty = self.novelty(scores if self.network.novelty_of_scores else features)
         return (scores / self.temperature).softmax(1), novelty
-
-    @torch.no_grad()
-    def fit_novelty(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
-        """Learn what is known from last features of training samples, and of unseen ones the limit.
-
-        Parameters
-        ----------
-        features, labels
-            Of training samples, (n, feature) and (n,).
-        unseen
-            Last features of samples that were not learnt from, (m, feature).
-        """
-        network = self.network
-        learnt, held = (
-            network.scores_of(f) if network.novelty_of_scores else f for f in (features, unseen)
-        )
-        self.novelty.fit(learnt, labels, held)
 
 
 class Stepping(nn.Module):
@@ -163,7 +148,7 @@ class Stepping(nn.Module):
         whole, network = self.deployed, cast("CnnLstm", self.deployed.network)
         newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
         of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
-        last: Tensor = network.dense[:-1](network.after(of_frames))
+        last: Tensor = network.dense[:-1](last_state(network.lstm, of_frames))
         probabilities, novelty = whole.outcome(last)
         return probabilities, novelty, of_frames[:, 1:]
 

@@ -69,11 +69,11 @@ def fit_solved(task: Fitting) -> Fitted:
     lead, first = parts[0], learnt[0]
     if is_fusion:
         tested, accuracy, classifier, facts = _fuse(learnt, parts, learnt_from, model.parts)
-        ask = None
+        predict_again = None
     else:
         tested, classifier, facts = first.tested, first.classifier, {"penalty": first.penalty}
         accuracy = _accuracy(first.unseen, labels_of(lead.samples)[learnt_from[0]])
-        ask = partial(_probabilities, first.classifier, lead.samples)
+        predict_again = partial(_probabilities, first.classifier, lead.samples)
     if not np.isfinite(tested).all():
         raise AfferentsError(
             f"{model.name}: expected log-probabilities of the test samples, found some that are "
@@ -81,7 +81,7 @@ def fit_solved(task: Fitting) -> Fitted:
         )
     facts |= _describe_fold(lead.fold, len(learnt_from[0]), accuracy)
     speed = _predict_speeds(first.classifier, lead, tested.argmax(axis=1))
-    return Fitted(classifier, np.exp(tested).astype(np.float32), speed, facts, ask)
+    return Fitted(classifier, np.exp(tested).astype(np.float32), speed, facts, predict_again)
 
 
 def fit_estimator(task: Fitting) -> Fitted:
@@ -97,12 +97,12 @@ def fit_estimator(task: Fitting) -> Fitted:
         score(estimator, samples, fold.validation).numpy(), labels[fold.validation]
     )
 
-    def ask(index: Indices) -> NDArray[np.float32]:
+    def predict_again(index: Indices) -> NDArray[np.float32]:
         found: NDArray[np.float32] = score(estimator, samples, index).exp().float().numpy()
         return found
 
     facts = _describe_fold(fold, len(fold.train), accuracy)
-    return Fitted(estimator, ask(fold.test), None, facts, ask)
+    return Fitted(estimator, predict_again(fold.test), None, facts, predict_again)
 
 
 def _describe_fold(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:

@@ -124,7 +124,7 @@ def _fit_network(task: Fitting) -> Fitted:
     history = train(network, learnt, config, seed, checkpoint=task.checkpoint)
     earlier_s = max(0.0, history.seconds - (time.perf_counter() - start))  # before it was stopped
 
-    def ask(index: Indices) -> NDArray[np.float32]:
+    def predict_again(index: Indices) -> NDArray[np.float32]:
         return predict(network, learnt.values, index, learnt.scale, config)
 
     facts = {
@@ -137,4 +137,4 @@ def _fit_network(task: Fitting) -> Fitted:
         **describe_computing(config),
         "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
-    return Fitted(network, ask(fold.test), None, facts, ask)
+    return Fitted(network, predict_again(fold.test), None, facts, predict_again)

@@ -1,4 +1,4 @@
-"""Samples that are gathered a batch at a time."""
+"""What one fold learns from: one tensor of values, index arrays into it, and a scale."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -27,9 +27,6 @@ def split(order: Tensor, batch_size: int) -> list[Tensor]:
     if len(batches) > 1 and len(batches[-1]) == 1:
         batches[-2:] = [torch.cat(batches[-2:])]
     return batches
-
-
-# What one fold learns from: one tensor of values, index arrays into it, and a scale.
 
 
 @dataclass(frozen=True)
@@ -85,16 +82,16 @@ def learning_set(
     stretched
         Whether stretched copies stand in for speeds never seen.
     config
-        Says how many samples are used at most.
+        Sets how many samples are used at most.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    train = thinned(
-        fold.train,
-        originals(encoding.n_copies if stretched else 0, protocol, config.training_samples),
-    )
-    validation = thinned(fold.validation, config.validation_samples)
-    scale, scaled_on = scale_of(samples, encoding, protocol, train)
+    kept = config.training_samples
+    if kept is not None and stretched and encoding.n_copies:  # of which copies are made
+        kept = max(1, kept // (encoding.n_copies + protocol.keep_originals))
+    train = thin(fold.train, kept)
+    validation = thin(fold.validation, config.validation_samples)
+    scale, scaled_on = choose_scale(samples, encoding, protocol, train)
     labels = labels_of(samples)
     values = encoding.seen(samples.values)
     if stretched:
@@ -113,17 +110,7 @@ def learning_set(
     )
 
 
-def originals(n_copies: int, protocol: Protocol, kept: int | None) -> int | None:
-    """Return how many samples have copies made, so many of each, for `kept` to come out.
-
-    None for all.
-    """
-    if kept is None or n_copies == 0:
-        return kept
-    return max(1, kept // (n_copies + protocol.keep_originals))
-
-
-def scale_of(
+def choose_scale(
     samples: Samples, encoding: Any, protocol: Protocol, train: Indices
 ) -> tuple[float, Indices]:
     """Return what the values are divided by, and the samples it was taken from.
@@ -140,7 +127,7 @@ def scale_of(
     return float(samples.values[scaled_on].max()) or 1.0, scaled_on
 
 
-def thinned(index: Indices, kept: int | None) -> Indices:
+def thin(index: Indices, kept: int | None) -> Indices:
     """Keep at most `kept` samples, evenly spread over recordings and time.
 
     Samples stand recording by recording, each in the order of time, so even steps through the

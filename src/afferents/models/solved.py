@@ -61,13 +61,10 @@ class Gram:
 
     def __sub__(self, other: "Gram") -> "Gram":
         """Return what is needed of these samples without those of another."""
-        return self._joined(other, -1)
+        return self.__add__(other, -1)
 
-    def __add__(self, other: "Gram") -> "Gram":
+    def __add__(self, other: "Gram", sign: int = 1) -> "Gram":
         """Return what is needed of the samples of both."""
-        return self._joined(other, 1)
-
-    def _joined(self, other: "Gram", sign: int) -> "Gram":
         joined = Gram(len(self._xx) - 1, self._xy.shape[1])
         joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
         return joined
@@ -192,6 +189,7 @@ class Ridge(Solved):
     def __init__(self, n_classes: int, sample_shape: tuple[int, ...]) -> None:
         """Start with nothing learnt."""
         super().__init__()
+        self.n_classes = n_classes
         n = torch.Size(sample_shape).numel()
         self.register_buffer("mean", torch.zeros(n))
         self.register_buffer("sd", torch.ones(n))
@@ -206,16 +204,11 @@ class Ridge(Solved):
         """Return one for samples of any shape."""
         return cls(task.n_classes, task.sample_shape)
 
-    @property
-    def n_last(self) -> int:
-        """Number of textures: novelty is measured on their scores."""
-        return cast("nn.Linear", self.dense[0]).out_features
-
     def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
         """Return the sums of samples, whose speeds tell nothing; standardise by them."""
         flat = data.values.flatten(1)
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
-        targets = nn.functional.one_hot(data.labels, self.n_last)
+        targets = nn.functional.one_hot(data.labels, self.n_classes)
         return sums(self.last_features(data.values), targets, data.weight, n_samples)
 
     def solve(self, data: Gram | Rows, rng: np.random.Generator, penalty: float) -> None:
@@ -289,7 +282,7 @@ class Discriminant(Ridge):
 
     def gathered(self, data: FitData, n_samples: int | None = None) -> Gram | Rows:
         """Return the sums of samples."""
-        targets = nn.functional.one_hot(data.labels, self.n_last)
+        targets = nn.functional.one_hot(data.labels, self.n_classes)
         return sums(data.values.flatten(1), targets, data.weight, n_samples)
 
     def solve(self, data: Gram | Rows, rng: np.random.Generator, penalty: float) -> None:
