@@ -13,7 +13,7 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
-from afferents.encodings.windows import with_distance
+from afferents.encodings.windows import add_distance
 from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
@@ -246,7 +246,7 @@ def encode(
         response = ablation.shown(response)
     series = speed_along(responses)
     if series is not None and source.encoding.by_distance:
-        response = with_distance(response, series)
+        response = add_distance(response, series)
     samples = source.encoding.samples(response, kept, source.channel.lookback)
     return samples if series is None else with_speeds(samples, series)
 

@@ -13,7 +13,6 @@ import torch
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import log_softmax, softmax
-from torch import Tensor
 
 from afferents import dims
 from afferents.encodings.samples import Samples
@@ -48,7 +47,12 @@ def calibrate_model(
     """Set a network's temperature and what it knows, in place."""
     train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
     network = deployed.network
-    seen, unseen = (_last_features(deployed, learnt.values, index) for index in (train, held))
+    seen, unseen = (
+        torch.cat(
+            [deployed.last_features(learnt.values[part]) for part in torch.split(index, _BATCH)]
+        )
+        for index in (train, held)
+    )
     of_scores = network.novelty_of_scores
     known, held_out = (network.scores_of(f) if of_scores else f for f in (seen, unseen))
     deployed.novelty.fit(known, learnt.labels[train], held_out)
@@ -123,12 +127,6 @@ def wilson_interval(share: float, n: int) -> tuple[float, float]:
     middle, spread = share + z**2 / (2 * n), share * (1 - share) / n + (z / (2 * n)) ** 2
     low, high = ((middle + way * z * math.sqrt(spread)) / (1 + z**2 / n) for way in (-1, 1))
     return max(0.0, low), min(1.0, high)
-
-
-def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
-    """Return what enters the last layer for some samples, (n, feature)."""
-    parts = torch.split(index, _BATCH)
-    return torch.cat([deployed.last_features(values.index_select(0, part)) for part in parts])
 
 
 def best_evidence(

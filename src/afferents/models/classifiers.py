@@ -8,11 +8,8 @@ import torch
 from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
+from afferents.models import fusion, networks, orders, solved
 from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
-from afferents.models.fusion import LateFusion
-from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
-from afferents.models.orders import OrderSearch
-from afferents.models.solved import Discriminant, Ridge
 
 _TRIAL = 2
 """Samples that a user's module is tried with before it is trained."""
@@ -24,7 +21,8 @@ _TOLERANCE = 1e-3
 CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind
     for kind in (
-        SpatialNet, CnnLstm, VibrationNet, Ridge, OrderSearch, LateFusion, Discriminant,
+        networks.SpatialNet, networks.CnnLstm, networks.VibrationNet,
+        solved.Ridge, orders.OrderSearch, fusion.LateFusion, solved.Discriminant,
     )
 }  # fmt: skip
 """The paper's three networks, then ours."""

@@ -20,6 +20,8 @@ AGREES = 1e-4
 """The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
 _TRIALS = 8
 
+Tensors = tuple[torch.Tensor, ...]
+
 
 def export(model: Place, out: Place, force: bool = False) -> Path:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes.
@@ -61,33 +63,34 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     """
     onnx = import_extra("train", "export", "onnx", "onnxscript", "onnxruntime")
     folder, out = Path(model), Path(out)
-    require_free(out, _is_exported, force=force, reads=[folder])
+    require_free(out, is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
         expected = "a model whose classifier is a torch module, or one of this package"
         raise InputError(
             f"{folder}: expected {expected}, found the estimator {deployed.network.name}"
         )
-    sample: tuple[torch.Tensor, ...] = (torch.ones(1, *card.shape),)
+    sample: Tensors = (torch.ones(1, *card.shape),)
     module: nn.Module = deployed
     if isinstance(deployed.network, CnnLstm):  # it takes one frame, and what came of those before
         past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
         module, sample = Stepping(deployed).eval(), (sample[0][:, 0], past)
     with write_aside(out) as partial:
-        _write(module, sample, partial)
+        write_onnx(module, sample, partial)
         written = onnx.load(str(partial))
         onnx.helper.set_model_props(written, {METADATA: card.to_json()})
         onnx.save(written, str(partial))
-        _check(module, sample, card, partial)
+        _require_same_outputs(module, sample, card, partial)
     return out
 
 
-def _is_exported(path: Path) -> bool:
+def is_exported(path: Path) -> bool:
     """Return whether a file is a model that `export` wrote: its card stands in it as text."""
     return path.is_file() and b'"format":"afferents model"' in path.read_bytes()
 
 
-def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
+def write_onnx(module: nn.Module, sample: Tensors, path: Path) -> None:
+    """Write a module as ONNX, by a sample of its inputs."""
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     inputs, outputs = tensor_names(stepping=len(sample) > 1)
     try:
@@ -110,7 +113,7 @@ def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> N
 
 
 @torch.inference_mode()
-def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
+def _require_same_outputs(module: nn.Module, sample: Tensors, card: Card, path: Path) -> None:
     """Require that file and model give the same for random samples."""
     import onnxruntime
 

@@ -13,13 +13,11 @@ from afferents.encodings.samples import Samples, labels_of, speeds_told, texture
 from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import SPEED, Split
 from afferents.folds.protocol import Fold, Indices
-from afferents.models import fusion
+from afferents.models import calibrate, fusion, solved
 from afferents.models.base import Classifier, FitData, Solved
-from afferents.models.calibrate import cross_entropy, fit_temperature
 from afferents.models.classifiers import classifier_of
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
 from afferents.models.model import MODELS, Model
-from afferents.models.solved import Gram, equal_weights, log_probabilities
 
 Floats = NDArray[np.float64]
 
@@ -174,7 +172,7 @@ def pick_penalty(
             raise InputError(
                 f"the data: expected {expected}, found {found}; use more, or a model of Table 1"
             )
-        if isinstance(whole, Gram):
+        if isinstance(whole, solved.Gram):
             taken = FitData(*(one[torch.from_numpy(gone)] for one in everything))
             kept = whole - classifier.gathered(taken, len(learnt_from))
         else:
@@ -184,7 +182,7 @@ def pick_penalty(
             of_groups.append((its, score(classifier, samples, learnt_from[its])))
     named = labels[learnt_from]
     tried = [(one, *_calibrate(found, named, n_textures)) for one, found in scores.items()]
-    return min(tried, key=lambda one: cross_entropy(one[2], named))
+    return min(tried, key=lambda one: calibrate.cross_entropy(one[2], named))
 
 
 def _calibrate(
@@ -198,7 +196,7 @@ def _calibrate(
             logs[its] = _logs(of_group, temperature)
         return logs
 
-    temperature = fit_temperature(logs_at, named)
+    temperature = calibrate.fit_temperature(logs_at, named)
     return temperature, logs_at(temperature)
 
 
@@ -223,7 +221,7 @@ def _gather(samples: Samples, labels: Indices, index: Indices, split: Split) -> 
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(speeds_told(samples)[index])
     _, group = np.unique(split.of(samples)[index], return_inverse=True)
-    return FitData(values, named, equal_weights(named, torch.from_numpy(group)), speed)
+    return FitData(values, named, solved.equal_weights(named, torch.from_numpy(group)), speed)
 
 
 def score(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
@@ -238,7 +236,7 @@ def score(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
 
 def _logs(scores: Tensor, temperature: float) -> Floats:
     """Return the log-probabilities that scores mean at a temperature, (n, n_classes)."""
-    return np.asarray(log_probabilities(scores.double(), temperature).numpy())
+    return np.asarray(solved.log_probabilities(scores.double(), temperature).numpy())
 
 
 def _probabilities(classifier: Solved, samples: Samples, index: Indices) -> Floats:

@@ -11,15 +11,13 @@ from afferents import dims
 from afferents.encodings.samples import labels_of
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.folds.protocol import PROTOCOLS, Indices
+from afferents.models import fit_solved, hardware, loop
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, classifier_of
 from afferents.models.config import TrainingConfig
-from afferents.models.fit_solved import fit_estimator, fit_solved, learn, new_solved, pick_penalty
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
 from afferents.models.fusion import LateFusion
-from afferents.models.hardware import describe_computing
 from afferents.models.learning_set import LearningSet, learning_set
-from afferents.models.loop import predict, train
 from afferents.models.model import MODELS, Model
 
 
@@ -54,10 +52,10 @@ def fit(task: Fitting) -> Fitted:
     if issubclass(kind, Network):
         return _fit_network(task)
     if issubclass(kind, OwnEstimator):
-        return fit_estimator(task)
+        return fit_solved.fit_estimator(task)
     if issubclass(kind, Solved | LateFusion):
         try:
-            return fit_solved(task)
+            return fit_solved.fit_solved(task)
         except (AttributeError, TypeError, ValueError, LookupError, ArithmeticError) as error:
             if task.model.name in MODELS:
                 raise
@@ -100,14 +98,17 @@ def fit_once(
             part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
         )
         network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
-        train(network, learnt, config, seed, progress)
+        loop.train(network, learnt, config, seed, progress)
         return network, learnt
     part = part.seen()
-    solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
+    solved, labels = (
+        fit_solved.new_solved(model, part.samples, part.encoding),
+        labels_of(part.samples),
+    )
     fold, (penalty, *others) = part.fold, solved.penalties
     if others and len(np.unique(fold.split.of(part.samples)[fold.train])) > 1:
-        penalty, *_ = pick_penalty(solved, part, fold.train, seed, solved.penalties)
-    learn(solved, part.samples, labels, fold.train, seed, penalty, fold.split)
+        penalty, *_ = fit_solved.pick_penalty(solved, part, fold.train, seed, solved.penalties)
+    fit_solved.learn(solved, part.samples, labels, fold.train, seed, penalty, fold.split)
     values = torch.from_numpy(part.samples.values)
     numbers = torch.from_numpy(labels)
     return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
@@ -121,11 +122,11 @@ def _fit_network(task: Fitting) -> Fitted:
     learnt = learning_set(part.samples, part.encoding, stretched, protocol, fold, config, rng)
     task.check(0, learnt.scaled_on)
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
-    history = train(network, learnt, config, seed, checkpoint=task.checkpoint)
+    history = loop.train(network, learnt, config, seed, checkpoint=task.checkpoint)
     earlier_s = max(0.0, history.seconds - (time.perf_counter() - start))  # before it was stopped
 
     def predict_again(index: Indices) -> NDArray[np.float32]:
-        return predict(network, learnt.values, index, learnt.scale, config)
+        return loop.predict(network, learnt.values, index, learnt.scale, config)
 
     facts = {
         "validated_by": fold.validated_by,
@@ -134,7 +135,7 @@ def _fit_network(task: Fitting) -> Fitted:
         "n_test": len(fold.test),
         "scale": learnt.scale,
         **history.facts(),
-        **describe_computing(config),
+        **hardware.describe_computing(config),
         "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
     return Fitted(network, predict_again(fold.test), None, facts, predict_again)

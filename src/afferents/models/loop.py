@@ -15,14 +15,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError
-from afferents.models import hardware, learning_set
-from afferents.models.base import Task, build_for
+from afferents.models import base, hardware, layers, learner, learning_set, networks
 from afferents.models.checkpoint import Checkpoint
 from afferents.models.config import TrainingConfig
-from afferents.models.layers import set_dropout
-from afferents.models.learner import Epoch, History, Learner
-from afferents.models.learning_set import LearningSet
-from afferents.models.networks import CnnLstm, SpatialNet, image_features, last_state
 
 _EVALUATION_BATCH = 256
 _RUNS_AT_ONCE = 64
@@ -30,12 +25,12 @@ _RUNS_AT_ONCE = 64
 
 def train(
     model: nn.Module,
-    learnt: LearningSet,
+    learnt: learning_set.LearningSet,
     config: TrainingConfig,
     seed: int,
     progress: Callable[[float], None] = lambda _: None,
     checkpoint: Checkpoint | None = None,
-) -> History:
+) -> learner.History:
     """Train a network in place until its validation accuracy no longer rises.
 
     Adam on cross-entropy plus the L2 term; training stops `patience` epochs after the best
@@ -82,9 +77,9 @@ def train(
             f"a fold: expected a positive scale, found {learnt.scale}; look for samples that are "
             "NaN or infinite"
         )
-    if config.image_epochs and isinstance(model, CnnLstm):
+    if config.image_epochs and isinstance(model, networks.CnnLstm):
         return train_in_stages(model, learnt, config, seed, progress)
-    set_dropout(model, config.dropout)
+    layers.set_dropout(model, config.dropout)
     start = time.perf_counter()
     device = hardware.choose_device(config)
     hardware.use_channels_last(model.to(device))
@@ -98,7 +93,7 @@ def train(
         )
         steps = len(learning_set.split(training, config.batch_size))
         n_epochs = config.epochs(len(training))
-        learner = Learner(model, config, device, n_epochs * steps)
+        learns = learner.Learner(model, config, device, n_epochs * steps)
         about = {
             "of": checkpoint.of if checkpoint else "",
             "seed": seed,
@@ -107,38 +102,28 @@ def train(
             "config": config.model_dump(),
             **hardware.describe_computing(config),
         }
-        history = checkpoint.resume(learner, about) if checkpoint else History()
+        history = checkpoint.resume(learns, about) if checkpoint else learner.History()
         for number in range(len(history.epochs) + 1, n_epochs + 1):
-            history.add(_train_epoch(number, learner, data, training, validation, config), model)
+            started_s = time.perf_counter()
+            order = training[torch.randperm(len(training)).to(device)]
+            fitted = learns.learn(data, learning_set.split(order, config.batch_size))
+            validated = learns.evaluate(data, torch.split(validation, _EVALUATION_BATCH))
+            if not (math.isfinite(fitted[0]) and math.isfinite(validated[0])):
+                raise AfferentsError(
+                    f"training: the loss is no longer a number in epoch {number}; look for "
+                    "samples that are NaN or infinite, or lower the learning rate"
+                )
+            seconds = time.perf_counter() - started_s
+            history.add(learner.Epoch(number, *fitted, *validated, seconds), model)
             progress(number / n_epochs)
             if history.is_over(config.patience):
                 break
             if checkpoint:
-                checkpoint.save(learner, history, about)
+                checkpoint.save(learns, history, about)
     model.load_state_dict(history.weights)
     history.passes = len(history.epochs) * len(learnt.train)
     history.seconds += time.perf_counter() - start
     return history
-
-
-def _train_epoch(
-    number: int,
-    learner: Learner,
-    data: LearningSet,
-    training: Tensor,
-    validation: Tensor,
-    config: TrainingConfig,
-) -> Epoch:
-    start = time.perf_counter()
-    order = training[torch.randperm(len(training)).to(training.device)]
-    learnt = learner.learn(data, learning_set.split(order, config.batch_size))
-    validated = learner.evaluate(data, torch.split(validation, _EVALUATION_BATCH))
-    if not (math.isfinite(learnt[0]) and math.isfinite(validated[0])):
-        raise AfferentsError(
-            f"training: the loss is no longer a number in epoch {number}; look for samples "
-            "that are NaN or infinite, or lower the learning rate"
-        )
-    return Epoch(number, *learnt, *validated, time.perf_counter() - start)
 
 
 @torch.inference_mode()
@@ -182,24 +167,24 @@ def predict(
 class _Head(nn.Module):
     """The LSTMs and dense layers of a CNN-LSTM, for features (batch, frame, feature)."""
 
-    light_dropout = CnnLstm.light_dropout
+    light_dropout = networks.CnnLstm.light_dropout
 
-    def __init__(self, model: CnnLstm) -> None:
+    def __init__(self, model: networks.CnnLstm) -> None:
         super().__init__()
         self.lstm, self.dense = model.lstm, model.dense
 
     def forward(self, features: Tensor) -> Tensor:
-        logits: Tensor = self.dense(last_state(self.lstm, features))
+        logits: Tensor = self.dense(networks.last_state(self.lstm, features))
         return logits
 
 
 def train_in_stages(
-    model: CnnLstm,
-    learnt: LearningSet,
+    model: networks.CnnLstm,
+    learnt: learning_set.LearningSet,
     config: TrainingConfig,
     seed: int,
     progress: Callable[[float], None] = lambda _: None,
-) -> History:
+) -> learner.History:
     """Train a CNN-LSTM in place: images first, time after. Not the recipe of the authors' code.
 
     The image stack learns from single frames, as the spatial network, and is then kept; what it
@@ -218,10 +203,10 @@ def train_in_stages(
     start = time.perf_counter()
     values, labels = learnt.values, learnt.labels
     n_frames, *size = values.shape[1:]
-    task = Task(int(labels.max()) + 1, tuple(size), SpatialNet.takes, seed=seed)
-    spatial = cast("SpatialNet", build_for(SpatialNet, task))
+    task = base.Task(int(labels.max()) + 1, tuple(size), networks.SpatialNet.takes, seed=seed)
+    spatial = cast("networks.SpatialNet", base.build_for(networks.SpatialNet, task))
     spatial.image.load_state_dict(model.image.state_dict())
-    frames = LearningSet(
+    frames = learning_set.LearningSet(
         values.flatten(0, 1),
         labels.repeat_interleave(n_frames),
         pick_frames(learnt.train, n_frames, config.frames_a_run),
@@ -233,7 +218,7 @@ def train_in_stages(
     of_images = train(spatial, frames, stage, seed, lambda share: progress(share / 2))
     model.image.load_state_dict(spatial.image.state_dict())
     used = np.concatenate([learnt.train, learnt.validation])
-    after = LearningSet(
+    after = learning_set.LearningSet(
         _image_features(model.image, values, used, config),
         labels[torch.from_numpy(used)],
         np.arange(len(learnt.train)),
@@ -261,7 +246,7 @@ def _image_features(
     device = hardware.choose_device(config)
     image.to(device).eval()
     n_frames, *size = values.shape[1:]
-    features = torch.empty(len(runs), n_frames, image_features(*size))
+    features = torch.empty(len(runs), n_frames, networks.image_features(*size))
     indices = torch.split(torch.from_numpy(runs), _RUNS_AT_ONCE)
     for part, index in zip(torch.split(features, _RUNS_AT_ONCE), indices, strict=True):
         batch = values.index_select(0, index).to(device)

@@ -12,15 +12,8 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.models import hardware
+from afferents.models import hardware, layers
 from afferents.models.base import Network, Task
-from afferents.models.layers import (
-    FlattenChannelsLast,
-    RegularisedLinear,
-    batch_norm_maps,
-    batch_norm_units,
-    initialise_like_keras,
-)
 
 SMALLEST_SIDE = 8
 """Rows and columns that leave at least one value a channel after the image stack."""
@@ -65,7 +58,7 @@ class SpatialNet(Network):
         super().__init__()
         self.image = image_stack()
         self.dense = dense_layers(image_features(n_rows, n_columns), n_classes, second_dropout=0.4)
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, images: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, `image_features`).
@@ -86,16 +79,16 @@ def image_stack() -> nn.Sequential:
         nn.Conv2d(1, 64, 3, padding=1),
         nn.MaxPool2d(2),
         nn.ReLU(),
-        batch_norm_maps(64),
+        layers.batch_norm_maps(64),
         nn.Conv2d(64, 128, 3, padding=1),
         nn.ReLU(),
-        batch_norm_maps(128),
+        layers.batch_norm_maps(128),
         nn.Conv2d(128, IMAGE_CHANNELS, 3),
         nn.ReLU(),
-        batch_norm_maps(128),
+        layers.batch_norm_maps(128),
         nn.MaxPool2d(2),
-        batch_norm_maps(128),
-        FlattenChannelsLast(),
+        layers.batch_norm_maps(128),
+        layers.FlattenChannelsLast(),
     )
 
 
@@ -157,7 +150,7 @@ class CnnLstm(Network):
         features = image_features(n_rows, n_columns)
         self.lstm = nn.LSTM(features, UNITS, num_layers=3, batch_first=True)
         self.dense = dense_layers(UNITS, n_classes)
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, runs: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, 10), of runs (batch, frame, row, column)."""
@@ -172,15 +165,15 @@ def dense_layers(n_features: int, n_classes: int, second_dropout: float = 0.2) -
     """
     return nn.Sequential(
         nn.Dropout(0.4),
-        RegularisedLinear(n_features, 32),
+        layers.RegularisedLinear(n_features, 32),
         nn.ReLU(),
-        batch_norm_units(32),
+        layers.batch_norm_units(32),
         nn.Dropout(second_dropout),
-        RegularisedLinear(32, 16),
+        layers.RegularisedLinear(32, 16),
         nn.ReLU(),
-        batch_norm_units(16),
+        layers.batch_norm_units(16),
         nn.Dropout(0.2),
-        RegularisedLinear(16, n_classes),
+        layers.RegularisedLinear(16, n_classes),
     )
 
 
@@ -238,27 +231,27 @@ class VibrationNet(Network):
             _convolution(n_channels, "same"),
             nn.MaxPool2d((1, 3)),  # before its ReLU, with which it commutes: less work
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             _convolution(CHANNELS, "same"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             nn.MaxPool2d((1, 3)),
             _convolution(CHANNELS, "same"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             nn.MaxPool2d((1, 3)),
             _convolution(CHANNELS, "valid"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
-            FlattenChannelsLast(),
+            layers.batch_norm_maps(CHANNELS),
+            layers.FlattenChannelsLast(),
         )
         self.dense = nn.Sequential(
             nn.Dropout(0.4),
-            RegularisedLinear((n_frequencies // 27 - 4) * CHANNELS, 32),
+            layers.RegularisedLinear((n_frequencies // 27 - 4) * CHANNELS, 32),
             nn.ReLU(),
             nn.Linear(32, n_classes),
         )
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, spectra: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, feature).

@@ -23,7 +23,7 @@ from scipy.special import logsumexp
 from afferents import dims
 from afferents.channels import channel_of
 from afferents.choices import Cut
-from afferents.encodings.base import ImageEncoding
+from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError

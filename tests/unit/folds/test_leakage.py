@@ -102,7 +102,9 @@ class AsksForTheSpeed(OrderSearch):
 
 def test_a_model_that_goes_by_the_samples_tested_is_refused(stores, tmp_path):
     mine = Model("mine", channel="ra2", encoding="spectral", classifier=GoesByTheTest())
-    with pytest.raises(LeakageError, match="say the same of a test sample whatever else is tested"):
+    with pytest.raises(
+        LeakageError, match="the same probabilities of a test sample whatever else is tested"
+    ):
         evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, workers=1)
     honest = Model("honest", channel="ra2", encoding="spectral", classifier=LogisticRegression())
     found = evaluate(stores["audio"], tmp_path / "q", honest, quiet=True, workers=1)

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.channels import channel_of
-from afferents.encodings.base import ImageEncoding, ImageStream
+from afferents.encodings.base import ImageStream
+from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, parse_card, tensor_names
