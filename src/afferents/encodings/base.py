@@ -50,10 +50,6 @@ class SignalInfo(NamedTuple):
     n_channels: int
     is_sound: bool
 
-    def samples_within(self, seconds: float) -> float:
-        """Return a time that is a whole number of samples, and no longer than any recording, s."""
-        return int(min(seconds, self.shortest_s) * self.rate_hz + 1e-6) / self.rate_hz
-
 
 class ImageStream(Protocol):
     """An encoding of images that come one after the other."""

@@ -65,7 +65,8 @@ class OrderEncoding(WindowEncoding):
     def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return a band that is heard, and the textures' axis that is heard at all speeds.
 
-        Windows are whole recordings where these are too short for as many samples as usual.
+        Or at some speeds, if what is heard at all is less than an octave. Windows are whole
+        recordings where these are too short for as many samples as usual.
         """
         default = cls()
         highest = given.get("highest_hz", audible_hz(signal.rate_hz, default.highest_hz))
@@ -80,26 +81,19 @@ class OrderEncoding(WindowEncoding):
         lowest = given.get("lowest_hz", usual)
         if is_whole and highest < default.highest_hz and "lowest_hz" not in given:
             lowest = max(highest / 2**_OCTAVES, PERIODS / signal.longest_s)
-        chosen |= {"lowest_hz": lowest} | cls._axis(signal, lowest, highest, is_whole)
-        if signal.n_channels > 1:
-            chosen["bins_per_octave"] = _COARSE
-        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
-
-    @classmethod
-    def _axis(
-        cls, signal: SignalInfo, lowest: float, highest: float, is_whole: bool
-    ) -> dict[str, float]:
-        """Return the textures' axis: heard at all speeds, or at some if that is not an octave."""
-        default = cls()
+        chosen["lowest_hz"] = lowest
         low, high = lowest / signal.slowest_mm_s, highest / signal.fastest_mm_s
         if is_whole:
             low = max(low, PERIODS / signal.least_mm)
         if high < 2 * low:
             low, high = lowest / signal.fastest_mm_s, highest / signal.slowest_mm_s
-        usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
-        if usual and default.lowest_per_mm <= low and high <= default.highest_per_mm:
-            return {}
-        return {"lowest_per_mm": low, "highest_per_mm": high}
+        is_usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
+        is_heard = default.lowest_per_mm <= low and high <= default.highest_per_mm
+        if not (is_usual and is_heard):
+            chosen |= {"lowest_per_mm": low, "highest_per_mm": high}
+        if signal.n_channels > 1:
+            chosen["bins_per_octave"] = _COARSE
+        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse what is too short, or of too low a rate."""

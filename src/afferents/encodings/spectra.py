@@ -13,7 +13,7 @@ from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo
 from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.windows import STRIDE_OPTION, WINDOW_OPTION, CutsWindows
+from afferents.encodings.windows import STRIDE_OPTION, WINDOW_OPTION, Windowed
 from afferents.errors import InputError
 
 _LEAST_SAMPLES = 128
@@ -22,7 +22,7 @@ FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
 
 
-class SpectralEncoding(CutsWindows):
+class SpectralEncoding(Windowed):
     """The amplitude spectrum of a window is a sample; the defaults are the published ones.
 
     Attributes
@@ -73,7 +73,8 @@ class SpectralEncoding(CutsWindows):
         if window_s is None:
             window_s, least_s = default.window_s, _LEAST_SAMPLES / signal.rate_hz
             if window_s > signal.shortest_s or round(window_s * signal.rate_hz) // 2 + 1 < bins:
-                window_s = signal.samples_within(max(window_s, least_s))
+                longest_s = min(max(window_s, least_s), signal.shortest_s)
+                window_s = int(longest_s * signal.rate_hz + 1e-6) / signal.rate_hz  # whole samples
         length = round(window_s * signal.rate_hz)
         chosen |= {"window_s": window_s, "stride_s": window_s / 2}
         if signal.shortest_s < 2 * window_s and "stride_s" not in given:

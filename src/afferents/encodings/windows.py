@@ -26,15 +26,13 @@ _SMOOTH = 3.0
 """Times as many are kept where values are read between samples, by cubic splines."""
 _FINEST = 8.0
 """What is slower than the mean by more than this has too little of a window's way to matter."""
-
-
 _DENSEST = 1000
 """Windows that begin in the time of one: more would fill the memory with the same sound."""
 WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 
-class CutsWindows(VibrationEncoding):
+class Windowed(VibrationEncoding):
     """An encoding of windows of vibration: a stride apart, or a number of them a recording."""
 
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
@@ -71,7 +69,7 @@ class CutsWindows(VibrationEncoding):
         return np.linspace(0, n - length, count).astype(np.int64)
 
 
-class WindowEncoding(CutsWindows):
+class WindowEncoding(Windowed):
     """An encoding of windows that may be long, and of low frequencies.
 
     Attributes
