@@ -117,7 +117,7 @@ class Encodings:
         return {name: self.of(name).model_dump(mode="json") for name in ENCODINGS}
 
 
-def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
+def read_encoding(described: Mapping[str, Any], where: object) -> Encoding:
     """Return the encoding that a card describes by its name and fields.
 
     Raises
@@ -136,8 +136,8 @@ def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
     return as_form(fields, kind, where, wanted, "train the model again")
 
 
-def described(encoding: Encoding) -> dict[str, Any]:
-    """Return an encoding's name, or ``module:NAME`` of a user's own, and fields; see `encoding_of`.
+def describe_encoding(encoding: Encoding) -> dict[str, Any]:
+    """Return an encoding's name, or ``module:NAME``, and its fields; see `read_encoding`.
 
     Raises
     ------

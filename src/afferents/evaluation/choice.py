@@ -21,7 +21,7 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 from afferents.folds.corruption import Corruption
 from afferents.models.base import Solved
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
 from afferents.models.fitted import require_buildable
 from afferents.models.fitting import choose_recipe, learns_in_a_loop
 from afferents.models.model import MODELS, Model
@@ -66,7 +66,7 @@ def _notices(corruption: Corruption, encodings: Encodings, model: Model) -> bool
 
 
 def _has_penalty(model: Model) -> bool:
-    kind = classifier_of(model.classifier)
+    kind = get_classifier(model.classifier)
     if issubclass(kind, Solved):
         return bool(kind.searched) or len(kind.penalties) > 1
     return any(_has_penalty(MODELS[name]) for name in model.parts)

@@ -13,7 +13,7 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, encode_all, sources_of
@@ -149,7 +149,7 @@ def train_and_test(
     lead = parts[0]
     alone = predict_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
     table = predictions_table(
-        key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
+        key, lead.samples, lead.fold, fitted.probabilities, list_textures(lead.samples),
         fitted.speed_mm_s,
     )  # fmt: skip
     facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone

@@ -15,7 +15,7 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.encodings.base import Encoding
-from afferents.encodings.samples import Samples, labels_of, textures_of
+from afferents.encodings.samples import Samples, find_labels, list_textures
 from afferents.errors import InputError
 from afferents.evaluation.train import all_but_the_middle
 from afferents.folds.held_out import SPEED
@@ -112,7 +112,7 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
         That made them.
     """
     torch.set_num_threads(1)
-    textures, labels = tuple(textures_of(samples)), labels_of(samples)
+    textures, labels = tuple(list_textures(samples)), find_labels(samples)
     nearest = Nearest(samples.values, labels)
     if len(textures) == 1:
         return Taught(textures, most_sure=most_that_can_show(1), nearest=nearest)
@@ -153,8 +153,8 @@ def _fold_of(samples: Samples) -> Fold:
 
 def _solved(samples: Samples, encoding: Encoding, fold: Fold) -> tuple[Deployed, LearningSet]:
     """Return the classifier that has learnt from a fold's training samples, and these."""
-    ridge, labels = new_solved(MODEL, samples, encoding), labels_of(samples)
+    ridge, labels = new_solved(MODEL, samples, encoding), find_labels(samples)
     learn(ridge, samples, labels, fold.train, 0, ridge.penalties[0])
     values = torch.from_numpy(samples.values), torch.from_numpy(labels)
     learnt = LearningSet(*values, fold.train, fold.validation)
-    return Deployed(ridge, len(textures_of(samples)), learnt.scale).eval(), learnt
+    return Deployed(ridge, len(list_textures(samples)), learnt.scale).eval(), learnt

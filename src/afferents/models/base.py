@@ -165,7 +165,7 @@ class Solved(Classifier):
     adds_up
         Whether what it gathers of samples adds up exactly, and can be taken away again.
     told_speed
-        Whether a robot tells it the speeds of samples; `build_for` sets it.
+        Whether a robot tells it the speeds of samples; `build_classifier` sets it.
     """
 
     penalties: ClassVar[tuple[float, ...]]
@@ -214,7 +214,7 @@ class Solved(Classifier):
         return None
 
 
-def build_for(kind: type[Classifier], task: Task) -> Classifier:
+def build_classifier(kind: type[Classifier], task: Task) -> Classifier:
     """Return a classifier for a task, its first weights, if any, drawn from the task's seed.
 
     Raises

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.models import fusion, networks, orders, solved
-from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
+from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_classifier
 
 _TRIAL = 2
 """Samples that a user's module is tried with before it is trained."""
@@ -28,7 +28,7 @@ CLASSIFIERS: dict[str, type[Classifier]] = {
 """The paper's three networks, then ours."""
 
 
-def classifier_of(wanted: Any) -> type[Classifier]:
+def get_classifier(wanted: Any) -> type[Classifier]:
     """Return the classifier of that name, or one that wraps what is given.
 
     Parameters
@@ -71,7 +71,7 @@ def build(
     Parameters
     ----------
     classifier
-        See `classifier_of`.
+        See `get_classifier`.
     n_classes
         Number of textures, at least 2.
     sample_shape
@@ -85,9 +85,9 @@ def build(
         If the samples have another number of dims or are too small, or there are fewer
         than two textures.
     """
-    kind = classifier_of(classifier)
+    kind = get_classifier(classifier)
     dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
-    return build_for(kind, Task(n_classes, sample_shape, dims, seed=seed))
+    return build_classifier(kind, Task(n_classes, sample_shape, dims, seed=seed))
 
 
 class OwnNetwork(Network):
@@ -163,7 +163,7 @@ class OwnEstimator(Solved):
     @classmethod
     def of_fitted(cls, fitted: Any, task: Task) -> Self:
         """Return one with an estimator that has learnt already."""
-        made: type[Self] = classifier_of(fitted)  # type: ignore[assignment]
+        made: type[Self] = get_classifier(fitted)  # type: ignore[assignment]
         classifier = made.built_for(task)
         classifier.fitted = fitted
         return classifier

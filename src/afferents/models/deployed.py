@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from afferents import dims
 from afferents.channels import channel_of
 from afferents.encodings.samples import Samples, speeds_told
-from afferents.encodings.settings import encoding_of
+from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
 from afferents.models.base import Classifier, Network
 from afferents.models.card import Card, require_unit
@@ -191,7 +191,7 @@ class Recogniser(NamedTuple):
         """
         if dims.CHANNEL in samples.attrs:
             require_unit(self.card, bool(samples.attrs.get(dims.CELLS)), "samples")
-        seen = encoding_of(self.card.encoding, "the card").seen(samples.values)
+        seen = read_encoding(self.card.encoding, "the card").seen(samples.values)
         if seen.shape[1:] != self.card.shape:
             raise InputError(
                 f"samples: expected (sample, ...) of the form {self.card.shape}, as the model "

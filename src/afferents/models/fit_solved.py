@@ -9,13 +9,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from afferents.encodings.samples import Samples, labels_of, speeds_told, textures_of
+from afferents.encodings.samples import Samples, find_labels, list_textures, speeds_told
 from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import SPEED, Split
 from afferents.folds.protocol import Fold, Indices
 from afferents.models import calibrate, fusion, solved
 from afferents.models.base import Classifier, FitData, Solved
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
 from afferents.models.model import MODELS, Model
 
@@ -60,7 +60,7 @@ def fit_solved(task: Fitting) -> Fitted:
             index = np.sort(np.concatenate([index, part.fold.validation]))
         task.check(number, index)
         learnt_from.append(index)
-    is_fusion = classifier_of(model.classifier) is fusion.LateFusion
+    is_fusion = get_classifier(model.classifier) is fusion.LateFusion
     rows = [MODELS[name] for name in model.parts] if is_fusion else [model]
     each = zip(rows, parts, learnt_from, strict=True)
     learnt = [_learn_part(*one, task.seed, task.searched) for one in each]
@@ -70,7 +70,7 @@ def fit_solved(task: Fitting) -> Fitted:
         predict_again = None
     else:
         tested, classifier, facts = first.tested, first.classifier, {"penalty": first.penalty}
-        accuracy = _accuracy(first.unseen, labels_of(lead.samples)[learnt_from[0]])
+        accuracy = _accuracy(first.unseen, find_labels(lead.samples)[learnt_from[0]])
         predict_again = partial(_probabilities, first.classifier, lead.samples)
     if not np.isfinite(tested).all():
         raise AfferentsError(
@@ -89,7 +89,7 @@ def fit_estimator(task: Fitting) -> Fitted:
     """
     samples, fold, encoding = task.parts[0].seen()
     task.check(0, fold.train)
-    labels, estimator = labels_of(samples), new_solved(task.model, samples, encoding)
+    labels, estimator = find_labels(samples), new_solved(task.model, samples, encoding)
     learn(estimator, samples, labels, fold.train, task.seed, 0.0, fold.split)
     accuracy = _accuracy(
         score(estimator, samples, fold.validation).numpy(), labels[fold.validation]
@@ -129,7 +129,7 @@ def _learn_part(model: Model, part: Part, index: Indices, seed: int, searched: b
     if searched and len(penalties) == 1:
         penalties = classifier.searched or penalties
     penalty, temperature, unseen = pick_penalty(classifier, part, index, seed, penalties)
-    learn(classifier, samples, labels_of(samples), index, seed, penalty, fold.split)
+    learn(classifier, samples, find_labels(samples), index, seed, penalty, fold.split)
     classifier.temperature = torch.tensor(temperature)
     tested = _logs(score(classifier, samples, fold.test), temperature)
     return Learnt(classifier, unseen, tested, penalty)
@@ -152,7 +152,7 @@ def pick_penalty(
     taken from the sums of all.
     """
     samples, split = part.samples, part.fold.split
-    labels, n_textures = labels_of(samples), len(textures_of(samples))
+    labels, n_textures = find_labels(samples), len(list_textures(samples))
     group, many = split.of(samples)[learnt_from], split.many
     if len(np.unique(group)) < 2:
         raise InputError(
@@ -261,7 +261,7 @@ def _fuse(
         other = part.samples
         unseen.append(fusion.mean_within(lead, windows, other, index, one.unseen))
         tested.append(fusion.mean_within(lead, fold.test, other, part.fold.test, one.tested))
-    labels = labels_of(lead)
+    labels = find_labels(lead)
     weights = fusion.best_weights(unseen, labels[windows])
     contributions = {
         name: {

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
-from afferents.models.base import Classifier, Network, Task, build_for
+from afferents.models.base import Classifier, Network, Task, build_classifier
 from afferents.models.checkpoint import Checkpoint
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
 from afferents.models.config import TrainingConfig
 from afferents.models.model import Model
 
@@ -151,7 +151,7 @@ def new_classifier(
     seed: int = 0,
     n_classes: int | None = None,
 ) -> Classifier:
-    """Return a model's classifier for such samples, nothing learnt yet; see `build_for`.
+    """Return a model's classifier for such samples, nothing learnt yet; see `build_classifier`.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def new_classifier(
         None for the textures of the samples.
     """
     task = Task(
-        len(textures_of(samples)) if n_classes is None else n_classes,
+        len(list_textures(samples)) if n_classes is None else n_classes,
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
         encoding,
@@ -167,7 +167,7 @@ def new_classifier(
         model.speed_from,
         seed,
     )
-    return build_for(classifier_of(model.classifier), task)
+    return build_classifier(get_classifier(model.classifier), task)
 
 
 def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
@@ -183,6 +183,6 @@ def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
     InputError
         Saying what the network needs.
     """
-    if isinstance(model.classifier, str) and issubclass(classifier_of(model.classifier), Network):
+    if isinstance(model.classifier, str) and issubclass(get_classifier(model.classifier), Network):
         shape = encoding.seen(samples.values[:1]).shape[1:]
         new_classifier(model, samples, encoding, shape, n_classes=2)

@@ -8,12 +8,12 @@ import torch
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.encodings.samples import labels_of
+from afferents.encodings.samples import find_labels
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models import fit_solved, hardware, loop
 from afferents.models.base import Classifier, Network, Solved
-from afferents.models.classifiers import OwnEstimator, classifier_of
+from afferents.models.classifiers import OwnEstimator, get_classifier
 from afferents.models.config import TrainingConfig
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
 from afferents.models.fusion import LateFusion
@@ -26,7 +26,7 @@ def choose_recipe(model: Model, encoding: object) -> str:
 
     The model's own, else its classifier's, else that of the paper's network for such samples.
     """
-    kind = classifier_of(model.classifier)
+    kind = get_classifier(model.classifier)
     of_runs = dims.FRAME in getattr(encoding, "sample_dims", ())
     usual = "cnn-lstm" if of_runs else "spatial-net"
     if getattr(encoding, "of_vibration", False):
@@ -42,7 +42,7 @@ def fit(task: Fitting) -> Fitted:
     AfferentsError
         If the training fails; of a classifier of a user's own, whatever it raises.
     """
-    kind = classifier_of(task.model.classifier)
+    kind = get_classifier(task.model.classifier)
     if task.model.stretched and not issubclass(kind, Network):
         raise InputError(
             f"model '{task.model.name}': expected a network, which alone learns from stretched "
@@ -82,7 +82,7 @@ def _require_learnt(task: Fitting, kind: type[Classifier]) -> None:
 
 def learns_in_a_loop(model: Model) -> bool:
     """Return whether a model is a network, that presets of training are for."""
-    return issubclass(classifier_of(model.classifier), Network)
+    return issubclass(get_classifier(model.classifier), Network)
 
 
 def fit_once(
@@ -103,7 +103,7 @@ def fit_once(
     part = part.seen()
     solved, labels = (
         fit_solved.new_solved(model, part.samples, part.encoding),
-        labels_of(part.samples),
+        find_labels(part.samples),
     )
     fold, (penalty, *others) = part.fold, solved.penalties
     if others and len(np.unique(fold.split.of(part.samples)[fold.train])) > 1:

@@ -17,9 +17,9 @@ from torch import nn
 
 from afferents.errors import AfferentsError, InputError, raised, reading
 from afferents.files import holds_only, write_aside
-from afferents.models.base import Classifier, Task, build_for
+from afferents.models.base import Classifier, Task, build_classifier
 from afferents.models.card import CARD, ESTIMATOR, WEIGHTS, Card, read_card
-from afferents.models.classifiers import OwnEstimator, classifier_of
+from afferents.models.classifiers import OwnEstimator, get_classifier
 from afferents.models.deployed import Deployed, Recogniser
 from afferents.plugins import imported, reference_of
 
@@ -59,7 +59,7 @@ def load_model(folder: Path) -> Recogniser:
     task = Task(len(card.textures), card.shape, card.sample_dims)
     if card.estimator is None:
         name = card.classifier
-        network = build_for(classifier_of(imported(name) if ":" in name else name), task)
+        network = build_classifier(get_classifier(imported(name) if ":" in name else name), task)
     else:
         path = folder / ESTIMATOR
         with reading(path, _ESTIMATOR, OSError):

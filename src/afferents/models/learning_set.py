@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from afferents import dims
-from afferents.encodings.samples import Samples, labels_of
+from afferents.encodings.samples import Samples, find_labels
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.config import TrainingConfig
 
@@ -92,7 +92,7 @@ def learning_set(
     train = thin(fold.train, kept)
     validation = thin(fold.validation, config.validation_samples)
     scale, scaled_on = choose_scale(samples, encoding, protocol, train)
-    labels = labels_of(samples)
+    labels = find_labels(samples)
     values = encoding.seen(samples.values)
     if stretched:
         copies, origin = encoding.stretched(samples, train, rng, protocol.stretch)

@@ -204,7 +204,7 @@ def train_in_stages(
     values, labels = learnt.values, learnt.labels
     n_frames, *size = values.shape[1:]
     task = base.Task(int(labels.max()) + 1, tuple(size), networks.SpatialNet.takes, seed=seed)
-    spatial = cast("networks.SpatialNet", base.build_for(networks.SpatialNet, task))
+    spatial = cast("networks.SpatialNet", base.build_classifier(networks.SpatialNet, task))
     spatial.image.load_state_dict(model.image.state_dict())
     frames = learning_set.LearningSet(
         values.flatten(0, 1),

@@ -136,7 +136,7 @@ OF_CELLS = "sa-wave"
 """What stands in for them where there are cells, which have no displacement, and no sound."""
 
 
-def own_of(models: Sequence[Model]) -> list[Model]:
+def pick_own(models: Sequence[Model]) -> list[Model]:
     """Return those that are none of the package's.
 
     Raises
@@ -157,7 +157,7 @@ def own_of(models: Sequence[Model]) -> list[Model]:
     return own
 
 
-def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
+def choose_models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     """Return the models wanted: those of the tables in their order, then the user's own.
 
     Parameters
@@ -172,7 +172,7 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     InputError
         If a name is unknown, or what is imported is no model.
     """
-    names = [name for name in names_in(wanted) if name != "best"]
+    names = [name for name in list_names(wanted) if name != "best"]
     chosen = [one for name in names for one in (TABLE1 if name == "all" else [name])]
     for name in chosen:
         if ":" not in name and name not in MODELS:
@@ -193,7 +193,7 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     return [model for name, model in MODELS.items() if name in chosen] + own
 
 
-def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
+def list_names(wanted: str | Model | Sequence[str | Model]) -> list[str]:
     """Return the names among the models wanted, ``all`` and ``best`` with them."""
     texts = [one for one in listed(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]

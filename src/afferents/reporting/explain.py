@@ -25,7 +25,7 @@ from afferents.channels import channel_of
 from afferents.choices import Cut
 from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
-from afferents.encodings.settings import encoding_of
+from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
@@ -424,7 +424,7 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
         )
     unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
     recordings = unseen or known
-    source = Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
+    source = Source(channel_of(card.channel), read_encoding(card.encoding, "the model's card"))
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [

@@ -6,7 +6,7 @@ import torch
 import xarray as xr
 
 from afferents import dims
-from afferents.encodings.samples import labels_of
+from afferents.encodings.samples import find_labels
 from afferents.encodings.settings import ENCODINGS
 from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.models.calibrate import cross_entropy
@@ -59,7 +59,7 @@ def sampled(n_features, seed=0):
 @pytest.mark.parametrize("n_features", [12, 400])
 def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_features):
     samples = sampled(n_features)
-    everything, labels = np.arange(len(samples)), labels_of(samples)
+    everything, labels = np.arange(len(samples)), find_labels(samples)
     fold = Fold(10.0, 20.0, everything, everything[:0], everything[:0])
     part, penalties = Part(samples, fold, None), (0.1, 1.0, 10.0)
     found = pick_penalty(kind(3, (n_features,)), part, everything, 0, penalties)

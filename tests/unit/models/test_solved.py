@@ -7,7 +7,7 @@ from sklearn.linear_model import Ridge as SklearnRidge
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.models.base import FitData, Task, build_for
+from afferents.models.base import FitData, Task, build_classifier
 from afferents.models.orders import OrderSearch
 from afferents.models.solved import (
     _LEAST_SHARE,
@@ -140,7 +140,7 @@ def test_every_texture_at_every_speed_weighs_the_same():
 
 def fitted(kind, values, labels, penalty, n_classes=3):
     task = Task(n_classes, values.shape[1:], (dims.FEATURE,))
-    classifier = build_for(kind, task)
+    classifier = build_classifier(kind, task)
     ones = torch.ones(len(values))
     data = classifier.gathered(FitData(values, labels, ones, ones))
     classifier.solve(data, np.random.default_rng(0), penalty)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from afferents.channels import channel_of
 from afferents.encodings.base import ImageStream
 from afferents.encodings.frames import ImageEncoding
-from afferents.encodings.settings import encoding_of
+from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, parse_card, tensor_names
 from afferents.plugins import import_extra
@@ -58,7 +58,7 @@ class Network:
         self.card: Card = parse_card(text, path)
         self._check()
         self.channel = channel_of(self.card.channel)
-        self.encoding = encoding_of(self.card.encoding, path)
+        self.encoding = read_encoding(self.card.encoding, path)
         self._stream: ImageStream | None = None
         if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does
             self._stream = self.encoding.stream(self.channel.lookback)
