@@ -81,7 +81,7 @@ class ByBand(Split):
 
     @cached_property
     def _given(self) -> tuple[float, ...]:
-        """The edges that the name says; none of quantiles."""
+        """The edges in the name; none of quantiles."""
         _, *edges = self.name.split("-")
         return () if edges[0] == "in" else tuple(map(float, edges))
 
@@ -104,7 +104,7 @@ class ByBand(Split):
             if (np.diff(edges) <= 0).any():
                 raise InputError(
                     f"--bands: expected edges such as 20,40, or how many bands, found {n}, which "
-                    f"is more than the {self.of_what} tells apart; ask for fewer"
+                    f"is more than the {self.of_what} has values for; take fewer"
                 )
         if (edges <= 0).any() or (np.diff(edges) <= 0).any():
             found = ", ".join(f"{edge:g}" for edge in edges)
@@ -117,7 +117,7 @@ class ByBand(Split):
         Raises
         ------
         InputError
-            If a recording does not say how its speed, or the force, went.
+            If it is not known how the speed, or the force, of a recording went.
         """
         there = list(recordings)
         return self._bands_in([self._moments(one) for one in there], self.edges(there))
@@ -151,7 +151,8 @@ class ByBand(Split):
         bands = np.full(len(samples), -1)
         for responses in there:
             its = np.flatnonzero(names == str(responses.attrs["name"]))
-            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in _EXTENT)
+            extent = (dims.START, dims.STOP)
+            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in extent)
             _, low, high = self._series(responses).over(start, stop)
             first, last = (np.searchsorted(edges, ends, side="right") for ends in (low, high))
             bands[its] = np.where((first == last) & np.isfinite(low), first, -1)
@@ -180,9 +181,9 @@ class ByBand(Split):
 
     def _series(self, responses: Responses) -> Series:
         if self.of_what == "force":
-            found, do = force_along(responses), "keep a log of force beside it"
+            found, do = force_along(responses), "keep a log of force next to it"
         else:
-            found, do = speed_along(responses), "say its speed_mm_s, or keep a log of it beside it"
+            found, do = speed_along(responses), "give its speed_mm_s, or keep a log next to it"
             if found is None and (speed := speed_of(responses)) is not None:
                 found = Series(np.array([0.0, 1e6]), np.array([speed, speed]))
         if found is None:
@@ -193,11 +194,8 @@ class ByBand(Split):
         return found
 
 
-_EXTENT = (dims.START, dims.STOP)
-
-
-def name_of(split: str, bands: str) -> str:
-    """Return the name of the split by bands that `--split` and `--bands` ask for.
+def name_bands(split: str, bands: str) -> str:
+    """Return the name of the split by bands, from the values of `--split` and `--bands`.
 
     Raises
     ------

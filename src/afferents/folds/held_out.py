@@ -1,9 +1,9 @@
 """What is held out: by what recordings form groups, of which one is held out at a time.
 
 A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
-files of a results folder. There are four kinds: by speed, which is the default, by a condition
-that recordings carry (`trial`, `repetition`, `pressure`, ...), by a pair of these, and by the arc
-of the drum that was touched, which goes through every recording.
+files of a results folder. Here are three kinds: by speed, which is the default, by a condition
+that recordings carry (`trial`, `repetition`, `pressure`, ...), and by a pair of these. Two divide
+recordings: `arcs`, by the arc of the drum that was touched, and `bands`, by speed or force.
 """
 
 import re
@@ -19,10 +19,9 @@ from pydantic import Field
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, then
-from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
 from afferents.store.motion import has_speed
 from afferents.store.recording import natural_order
-from afferents.store.responses import Responses, conditions, speed_of, steady_s
+from afferents.store.responses import Responses, conditions, speed_of
 
 Group = float | str
 """A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
@@ -33,9 +32,7 @@ NAME = r"\w[\w .+-]*"
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
 _ALIKE = 0.02
-"""Speeds closer than this share of one another count as one: who learns one has seen both."""
-
-# What numbers and names in our files may be.
+"""Speeds closer than this share of one another count as one: to learn from one is to see both."""
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=0)]
@@ -49,9 +46,9 @@ Steady = tuple[Amount, Amount]
 
 @dataclass(frozen=True)
 class Split:
-    """By what recordings form groups: a condition that they carry, unless a subclass says else.
+    """By what recordings form groups: a condition that they carry, unless a subclass overrides it.
 
-    A model is asked in a trial, say, that it has never felt.
+    A model is tested on a trial, for example, that it has not learnt from.
 
     Attributes
     ----------
@@ -140,7 +137,7 @@ class Split:
         return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
 
     def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        """Return groups as somebody names them.
+        """Return groups as a user names them.
 
         Raises
         ------
@@ -158,7 +155,7 @@ class Split:
         return np.asarray(groups == group)
 
     def require(self, wanted: Iterable[Group], there: Collection[Group], option: str) -> None:
-        """Refuse groups that an option asks for and no recording is of.
+        """Refuse groups that an option names and no recording is of.
 
         Raises
         ------
@@ -199,7 +196,7 @@ class Split:
 
 
 class _BySpeed(Split):
-    """By the sliding speed, mm/s: a model is asked at a speed that it has never felt."""
+    """By the sliding speed, mm/s: a model is tested at a speed that it has not learnt from."""
 
     ordered = True
     coordinate, column = dims.SPEED, "held_out_speed_mm_s"
@@ -220,7 +217,7 @@ class _BySpeed(Split):
         for responses in recordings:
             name, speed = str(responses.attrs["name"]), speed_of(responses)
             if speed is None:
-                do = "say it in the session (speed_mm_s) and extract again, or hold out something "
+                do = "give it in the session (speed_mm_s) and extract again, or hold out something "
                 do += "else, such as --split trial"
                 if has_speed(responses):
                     do = "it changes within the recording: hold out bands of it, as --bands 20,40"
@@ -237,7 +234,7 @@ class _BySpeed(Split):
             if fast - slow < _ALIKE * fast:
                 raise InputError(
                     f"{OPTION}: expected speeds that differ by {_ALIKE:.0%} or more, found "
-                    f"{slow:g} and {fast:g} mm/s: who learns from one has seen the other; declare "
+                    f"{slow:g} and {fast:g} mm/s: to learn from one is to see the other; declare "
                     "the same speed_mm_s for both, or leave one out with --speeds"
                 )
         return groups
@@ -345,142 +342,13 @@ def order(group: Group) -> tuple[float, str]:
     return (value, group)
 
 
-# A split by the drum's angle: tested on a stretch of the drum that nothing was learnt from.
-#
-# The drum is divided into equal arcs. A sample is of the arc that holds all that the skin touched
-# while it was taken: the drum's way from its start to its stop, and half the contact patch beyond
-# either end. One that reaches into another arc is of none and is left out. So between what is
-# learnt from in one arc and what is tested in the next there lies no bump that both have touched.
-#
-# Every speed and texture is in every arc: only the stretch of the drum is new in the test.
-
-ANGLE = "angle"
-ARCS = 5
-"""Where the name gives no number: a fifth of the drum is tested, as many as can be long."""
-_MOST = 99
-_NOWHERE = -1
-
-
-class ByAngle(Split):
-    """By arcs of the drum: `angle` for five, `angle-8` for eight."""
-
-    whole = False
-    one, many = "an arc of the drum", "arcs of the drum"
-    divided = "The drum of each"
-
-    @property
-    def n_arcs(self) -> int:
-        """How many arcs there are."""
-        _, _, number = self.name.partition("-")
-        return int(number) if number else ARCS
-
-    @property
-    def axis(self) -> str:
-        """Return it with the number of arcs."""
-        return f"arc of the drum (of {self.n_arcs})"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        """Return `in arc 2, 3 of 5`."""
-        return f"in arc {', '.join(map(key_of, groups))} of {self.n_arcs}"
-
-    def printed(self, group: Group) -> str:
-        """Return `arc 2 of 5`."""
-        return f"arc {key_of(group)} of {self.n_arcs}"
-
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        """Return all arcs, whose number goes from 1 on, after looking at each recording.
-
-        Raises
-        ------
-        InputError
-            If nothing logged a recording's angle, its log has a long gap, its drum turned less
-            than once while it was steady, or angles of one texture's recordings count from
-            different places.
-        """
-        if not 2 <= self.n_arcs <= _MOST:
-            raise InputError(f"{OPTION}: expected 2 to {_MOST} arcs, found '{self.name}'")
-        zeros: dict[str, tuple[str, str]] = {}
-        for responses in recordings:
-            name, way = str(responses.attrs["name"]), _path(responses)
-            if (turns := way.turns(steady_s(responses))) < 1:
-                raise InputError(
-                    f"{OPTION}: expected a drum that turns at least once in each recording, found "
-                    f"{turns:.2f} turns in {name}; record for longer, or leave slow recordings "
-                    "out with --speeds"
-                )
-            gap_mm = way.longest_gap_mm(steady_s(responses))
-            if gap_mm > LONGEST_GAP_MM:
-                raise InputError(
-                    f"{OPTION}: expected at most {LONGEST_GAP_MM:g} mm of the drum's way between "
-                    f"two entries of its log, found {gap_mm:.1f} mm in {name}; record it again, or "
-                    "leave such recordings out"
-                )
-            texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
-            first, there = zeros.setdefault(texture, (name, zero))
-            if there != zero:
-                raise InputError(
-                    f"{OPTION}: expected angles of each drum that count from one place, found "
-                    f"{first} and {name}, between which the drive was opened again; record with "
-                    f"an index pulse or an absolute encoder (drum_zero = '{MARK}')"
-                )
-        return [str(number + 1) for number in range(self.n_arcs)]
-
-    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return no group for any: a recording goes through all arcs."""
-        return {str(responses.attrs["name"]): "" for responses in recordings}
-
-    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
-        """Return the samples that are of an arc, with its number.
-
-        Raises
-        ------
-        InputError
-            If samples are longer than an arc, or a texture has none in some arc.
-        """
-        names = samples[dims.RECORDING].values.astype(np.str_)
-        arcs = np.full(len(samples), _NOWHERE)
-        for responses in recordings:
-            its = np.flatnonzero(names == str(responses.attrs["name"]))
-            arcs[its] = self._arcs(samples[{dims.SAMPLE: its}], responses)
-        numbers = (arcs + 1).astype(np.str_)
-        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, numbers)})
-        kept = whole.isel({dims.SAMPLE: np.flatnonzero(arcs != _NOWHERE)})
-        arcs_there = [str(number + 1) for number in range(self.n_arcs)]
-        require_everywhere(self, kept, arcs_there, "fewer arcs (--split angle-3)")
-        return kept
-
-    def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
-        """Return the number of each sample's arc, from 0; `_NOWHERE` where it is of none.
-
-        Raises
-        ------
-        InputError
-            If none of the recording's samples fits into an arc.
-        """
-        way = _path(responses)
-        start, stop = (way.at(samples[name].values) for name in (dims.START, dims.STOP))
-        beyond = way.drum.contact_mm / 2
-        low, high = np.minimum(start, stop) - beyond, np.maximum(start, stop) + beyond
-        length_mm = way.drum.circumference_mm / self.n_arcs
-        first, last = np.floor(low / length_mm), np.floor(high / length_mm)
-        arcs = np.where(first == last, first % self.n_arcs, _NOWHERE).astype(np.int64)
-        if len(arcs) and (arcs == _NOWHERE).all():
-            raise InputError(
-                f"{OPTION}: expected samples that touch less than an arc, which is "
-                f"{length_mm:.1f} mm long, found {(high - low).min():.1f} mm at least in "
-                f"{responses.attrs['name']}, with {way.drum.contact_mm:g} mm of contact; take "
-                "shorter windows (--window-s), fewer arcs (--split angle-3) or lower speeds"
-            )
-        return arcs
-
-
 def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], wider: str) -> None:
     """Refuse a texture that has no sample in some group, where it would not be tested.
 
     Parameters
     ----------
     wider
-        What makes groups wider, beside shorter windows and longer recordings.
+        What makes groups wider, apart from shorter windows and longer recordings.
     """
     textures, its = samples[dims.TEXTURE].values, samples[split.coordinate].values
     for texture in np.unique(textures):
@@ -494,17 +362,6 @@ def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], 
                 )
 
 
-def _path(responses: Responses) -> DrumPath:
-    way = path_in(responses)
-    if way is None:
-        raise InputError(
-            f"{OPTION}: expected the drum's angle in every recording, found none logged for "
-            f"{responses.attrs['name']}; record with a drive that is read and the plan's drum_mm, "
-            "and extract into a new store"
-        )
-    return way
-
-
 def split_named(name: str) -> Split:
     """Return what is held out under a name: `speed`, `angle` (`angle-8`), a condition's, or a pair.
 
@@ -515,10 +372,10 @@ def split_named(name: str) -> Split:
     """
     if name == SPEED.name:
         return SPEED
-    if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
-        return ByAngle(name)
-    from afferents.folds import bands  # which is made of this module's splits
+    from afferents.folds import arcs, bands  # which are made of this module's splits
 
+    if arcs.NAME.fullmatch(name):
+        return arcs.ByAngle(name)
     if bands.NAME.fullmatch(name):
         return bands.ByBand(name)
     if re.fullmatch(rf"{NAME},{NAME}", name):
@@ -539,14 +396,14 @@ def column_of(table: Any) -> str:
 
 
 def folder_name(group: Group) -> str:
-    """Return a name of a folder that no other group has, nor a mark beside it."""
+    """Return a name of a folder that no other group has, nor a mark next to it."""
     if not isinstance(group, str):
         return key_of(group)
-    return re.sub(r"[^\w +=-]", lambda found: _percent(found.group()), group)
-
-
-def _percent(character: str) -> str:
-    return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "surrogatepass"))
+    return re.sub(
+        r"[^\w +=-]",
+        lambda found: "".join(f"%{b:02X}" for b in found[0].encode("utf-8", "surrogatepass")),
+        group,
+    )
 
 
 def text_of(value: Any) -> str:
