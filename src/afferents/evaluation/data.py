@@ -36,18 +36,10 @@ from afferents.recordings.check import require_own_files
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of, source_of
 from afferents.store import integrity, zarr_store
+from afferents.store import responses as store
 from afferents.store.motion import speed_along
 from afferents.store.recording import RecordingSet, require_distinct
-from afferents.store.responses import (
-    Responses,
-    check_responses,
-    conditions,
-    issues_in,
-    labelled,
-    read_whole,
-    speed_of,
-    steady_s,
-)
+from afferents.store.responses import Responses, read_whole
 from afferents.store.trimming import cut_audio, with_steady
 
 _FULL_SCALE = "full scale"
@@ -201,19 +193,19 @@ def _read(
 
 def _check(responses: Responses) -> Responses:
     """Return responses of the form that a store would hold, with their fingerprint and digest."""
-    checked = check_responses(responses, str(responses.attrs.get("name", "a recording")))
+    checked = store.check_responses(responses, str(responses.attrs.get("name", "a recording")))
     return integrity.sealed(with_fingerprint(checked))
 
 
 def _leave_out(opened: Sequence[OpenedData], without: Mapping[str, str]) -> list[OpenedData]:
     """Return data without the recordings that have one of these conditions."""
-    declared = [
-        [{name: text_of(value) for name, value in conditions(r).items()} for r in data.responses]
-        for data in opened
-    ]
+
+    def declared(responses: Responses) -> dict[str, str]:
+        return {name: text_of(value) for name, value in store.conditions(responses).items()}
+
     known: dict[str, set[str]] = {}
-    for its in (its for of_data in declared for its in of_data):
-        for name, value in its.items():
+    for responses in join_recordings(opened):
+        for name, value in declared(responses).items():
             known.setdefault(name, set()).add(value)
     for name, value in without.items():
         if value not in known.get(name, ()):
@@ -223,12 +215,8 @@ def _leave_out(opened: Sequence[OpenedData], without: Mapping[str, str]) -> list
             raise InputError(f"--without: expected {among} {there}, found {found}")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))
     left = []
-    for data, of_data in zip(opened, declared, strict=True):
-        kept = tuple(
-            r
-            for r, its in zip(data.responses, of_data, strict=True)
-            if its.items().isdisjoint(without.items())
-        )
+    for data in opened:
+        kept = tuple(r for r in data.responses if declared(r).items().isdisjoint(without.items()))
         if not kept:
             raise InputError("--without: expected to leave some recordings, found none left")
         digest = hashlib.sha256(f"{data.origin.fingerprint} without {names}".encode()).hexdigest()
@@ -271,7 +259,7 @@ def _require_distinct(recordings: Sequence[Responses]) -> None:
                     f"recording {name}: expected a recording of its own, found a copy of {other}; "
                     "remove one from its session and extract again"
                 )
-    speeds = [(f"{v:.10g}", v) for r in recordings if (v := speed_of(r)) is not None]
+    speeds = [(f"{v:.10g}", v) for r in recordings if (v := store.speed_of(r)) is not None]
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
 
@@ -298,7 +286,7 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
     issues = [
         WithIssues(recording=str(r.attrs["name"]), found=tuple(found))
         for r in recordings
-        if (found := issues_in(r.attrs))
+        if (found := store.issues_in(r.attrs))
     ]
     lost = summarise_lost({
         str(r.attrs["name"]): share_lost(read_whole(r, dims.DETECTED), r.attrs)
@@ -363,13 +351,13 @@ def _describe_vibration(recordings: Sequence[Responses], cut: Cut) -> SignalInfo
         vibration = responses[dims.RA2]
         n, rate = vibration.sizes[dims.AUDIO_TIME], float(vibration.attrs[dims.SAMPLE_RATE])
         try:
-            kept = cut_audio(n, rate, cut, steady_s(responses), responses.attrs["name"])
+            kept = cut_audio(n, rate, cut, store.steady_s(responses), responses.attrs["name"])
         except InputError:  # too short for the cut, which is refused later
             continue
         if length_s := float(kept.stop - kept.start) / rate:
             vibrations.append(vibration)
             lengths_s.append(length_s)
-            if (speed := speed_of(responses)) is not None:
+            if (speed := store.speed_of(responses)) is not None:
                 speeds.append(speed)
                 ways_mm.append(speed * length_s)
     if not vibrations:
@@ -504,7 +492,7 @@ def make_response(responses: Responses, source: Source) -> xr.DataArray:
     else:
         whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
         used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
-        response = labelled(channel.response(used), responses)
+        response = store.labelled(channel.response(used), responses)
     return fill(response) if dims.TIME in response.dims else response
 
 

@@ -134,7 +134,6 @@ def samples(
         opened = opening.open_data([data], progress=progress)
         encodings = opening.choose_encodings(opened, cut, options, steady_s)
         (source,) = opening.find_sources(model, encodings)
-        plan.require_encoding_options([model], encodings)
         recordings = with_steady(opening.join_recordings(opened), steady_s)
         for responses in recordings:
             if not opening.has(responses, source):
@@ -143,7 +142,7 @@ def samples(
                     f"encoding '{source.encoding.name}' can be made of, found none"
                 )
             require_within(responses, source.channel.made_of, steady_s)
-        plan.require_speeds_known([model], encodings, recordings)
+        plan.require_encodings([model], encodings, recordings)
         samples = opening.encode_all(recordings, source, cut, progress)
         found = what.labelled(samples, recordings)
         found = found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})

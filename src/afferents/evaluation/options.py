@@ -43,7 +43,7 @@ from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
-from afferents.models.model import listed, names_in
+from afferents.models.model import listed
 from afferents.store.trimming import Steady, steady_in, written
 
 _Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
@@ -152,14 +152,10 @@ class TrainingOptions(BaseModel):
         """What is held out, as the code that splits knows it."""
         return split_named(self.split)
 
-    @property
-    def compute(self) -> Compute:
-        """What networks run on, and in which precision."""
-        return Compute(self.device, self.precision)
-
     def training(self, network: str) -> TrainingConfig:
         """Return how a network is trained; by name, see `models.config.RECIPES`."""
-        return self.recipe.training(self.preset, network, self.compute, self.statistics)
+        compute = Compute(self.device, self.precision)
+        return self.recipe.training(self.preset, network, compute, self.statistics)
 
     @property
     def encoding(self) -> dict[str, Any]:
@@ -305,7 +301,13 @@ class EvaluationOptions(TrainingOptions):
         split = split_named(info.data.get("split", SPEED.name))
         if isinstance(given, str):
             given = parse_speeds(given, "--held-out") if split == SPEED else _read_names(given)
-        return split.read(_as_list(given), "--held-out")
+        given = _as_list(given)
+        if split != SPEED:
+            return tuple(map(text_of, given))
+        try:
+            return tuple(map(float, given))
+        except (TypeError, ValueError):
+            raise InputError(f"--held-out: expected speeds in mm/s, found {given!r}") from None
 
     @model_validator(mode="after")
     def _check_shares(self) -> Self:
@@ -334,11 +336,6 @@ class EvaluationOptions(TrainingOptions):
     def protocols(self) -> Sequence[Protocol]:
         """Whether anything of the held-out speed may be seen before the test."""
         return protocols(self.protocol)
-
-    @property
-    def may_leave_out(self) -> bool:
-        """Whether models that the data don't support are left out instead of refused."""
-        return "all" in names_in(self.models)
 
 
 def shell_words(options: Mapping[str, Any]) -> list[str]:

@@ -22,21 +22,13 @@ from afferents.files import Place
 from afferents.folds.controls import apply_control
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED
+from afferents.models import fitting
+from afferents.models import model as rows
 from afferents.models.base import Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.config import RECIPES
 from afferents.models.fitted import require_buildable
-from afferents.models.fitting import learns_in_a_loop, recipe_of
-from afferents.models.model import (
-    BEST,
-    MODELS,
-    OF_CELLS,
-    Model,
-    listed,
-    models_in,
-    names_in,
-    own_of,
-)
+from afferents.models.model import BEST, MODELS, OF_CELLS, Model
 from afferents.models.solved import LateFusion
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, sources_in
@@ -90,7 +82,7 @@ def require_support(
         lacks what it needs, and the models that are possible. If one of a user's own has a name
         that is taken, or parts that can't be joined.
     """
-    for model in own_of(wanted):
+    for model in rows.own_of(wanted):
         _require_joinable(model)
     able = [model for model in wanted if not find_lack(model, recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
@@ -149,8 +141,16 @@ def _require_use(option: str, is_for: Callable[[Model], bool], models: Sequence[
         )
 
 
-def require_encoding_options(models: Sequence[Model], encodings: Encodings) -> None:
-    """Refuse options of encodings that do nothing for any of the models."""
+def require_encodings(
+    models: Sequence[Model], encodings: Encodings, recordings: Sequence[Responses]
+) -> None:
+    """Refuse options of encodings that do nothing, and encodings that lack a recording's speed.
+
+    Raises
+    ------
+    InputError
+        Naming the option; or the model and the recording.
+    """
     every = encoding_options()
     for name, _ in encodings.wanted:
 
@@ -159,6 +159,14 @@ def require_encoding_options(models: Sequence[Model], encodings: Encodings) -> N
             return any(name in type(source.encoding).model_fields for source in sources)
 
         _require_use(every[name].flag if name in every else name, has_field, models)
+    unknown = [str(r.attrs["name"]) for r in recordings if not has_speed(r)]
+    for model in models if unknown else ():
+        if any(source.encoding.needs_speed for source in data.find_sources(model, encodings)):
+            do = "leave the model out, or lines in /mm of its --mask"
+            raise InputError(
+                f"{model.name}: expected the speed of every recording, which its encoding needs, "
+                f"found none of {unknown[0]}{then(do)}"
+            )
 
 
 def require_options(
@@ -187,10 +195,11 @@ def require_options(
         return any(has_penalty(MODELS[name]) for name in model.parts)
 
     def goes_by_recipe(model: Model) -> bool:
-        recipe = recipe_of(model, encodings.of(model.encoding))
-        return learns_in_a_loop(model) and recipe in options.recipe.changed
+        recipe = fitting.recipe_of(model, encodings.of(model.encoding))
+        return fitting.learns_in_a_loop(model) and recipe in options.recipe.changed
 
-    require_encoding_options(models, encodings)
+    _require_no_hint_of_speed(models, encodings)
+    require_encodings(models, encodings, recordings)
     corruptions: dict[str, Corruption] = {}
     if isinstance(options, EvaluationOptions):
         corruptions["--disturb"] = options.disturb
@@ -204,8 +213,6 @@ def require_options(
             _require_use(f"{option} {corruption}", partial(is_changed, corruption), models)
     if changed := options.recipe.changed:
         _require_use(f"--recipe for {', '.join(changed)}", goes_by_recipe, models)
-    _require_no_hint_of_speed(models, encodings)
-    require_speeds_known(models, encodings, recordings)
 
 
 def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
@@ -234,26 +241,6 @@ def _require_no_hint_of_speed(models: Sequence[Model], encodings: Encodings) -> 
                     f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "
                     "told by where they lie; leave out the lines in /mm"
                 )
-
-
-def require_speeds_known(
-    models: Sequence[Model], encodings: Encodings, recordings: Sequence[Responses]
-) -> None:
-    """Refuse encodings that need a speed where a recording has none.
-
-    Raises
-    ------
-    InputError
-        Naming the model and the recording.
-    """
-    unknown = [str(r.attrs["name"]) for r in recordings if not has_speed(r)]
-    for model in models if unknown else ():
-        if any(source.encoding.needs_speed for source in data.find_sources(model, encodings)):
-            do = "leave the model out, or lines in /mm of its --mask"
-            raise InputError(
-                f"{model.name}: expected the speed of every recording, which its encoding needs, "
-                f"found none of {unknown[0]}{then(do)}"
-            )
 
 
 def require_trainable(
@@ -437,7 +424,7 @@ class Evaluation:
         InputError
             If a model is an object of this process, which no other one can find.
         """
-        if objects := [m.name for m in listed(self.options.models) if isinstance(m, Model)]:
+        if objects := [m.name for m in rows.listed(self.options.models) if isinstance(m, Model)]:
             raise InputError(
                 f"--cluster: expected models by name, or as FILE.py:NAME, which workers can read, "
                 f"found the object {objects[0]}; give the file that it is made in"
@@ -469,7 +456,7 @@ def open_evaluation(
     InputError
         If a model is unknown, or the data can't be read.
     """
-    models = models_in(options.models)
+    models = rows.models_in(options.models)
     lengths = read_lengths(options.encoding.get(FRAMES))
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FRAMES)}
     opened = data.open_data(sources_in(sources), options.without, options.keep_going, progress)
@@ -479,7 +466,7 @@ def open_evaluation(
     if (settled := options.by.settled(used).name) != options.split:
         options = options.model_copy(update={"split": settled})
     encodings = data.choose_encodings(opened, options.cut, wanted, options.steady, used)
-    if "best" in names_in(options.models) or not models:
+    if "best" in rows.names_in(options.models) or not models:
         best = find_best(recordings)
         models = models if best in models else [*models, best]
     models = vary_length(models, lengths, encodings) if lengths else models

@@ -18,14 +18,12 @@ import numpy as np
 import pandas as pd
 import torch
 from joblib import cpu_count
-from numpy.typing import NDArray
 
-from afferents import dims
+from afferents import dims, parallel
 from afferents.encodings.samples import Samples, textures_of
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError, LeakageError
-from afferents.evaluation import data, fold_files, plan
-from afferents.evaluation.controls import ask_controls
+from afferents.evaluation import controls, data, fold_files, plan
 from afferents.evaluation.data import OpenedData, Source, find_sources
 from afferents.evaluation.fold_files import FoldFacts, FoldKey, finished, save_fold
 from afferents.evaluation.metrics import summarise
@@ -33,36 +31,20 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.plan import Evaluation
 from afferents.evaluation.results import CONFIG, SUMMARY, Summary, read_summary
 from afferents.files import remove_partials, write_json
+from afferents.folds import splits
 from afferents.folds.held_out import Group, key_of
-from afferents.folds.protocol import PROTOCOLS
-from afferents.folds.splits import (
-    Leaks,
-    LeaveOneGroupOut,
-    find_leaks,
-    join_variants,
-    make_fold,
-    refuse_leaks,
-)
+from afferents.folds.protocol import PROTOCOLS, Indices
+from afferents.models import fitting
 from afferents.models.fitted import Fitting, Part, ask_alone
-from afferents.models.fitting import fit, learns_in_a_loop, recipe_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
-from afferents.models.model import Model
+from afferents.models.model import Model, names_in
 from afferents.outputs import writing_alone
-from afferents.parallel import (
-    keep_freed_memory,
-    on_cluster,
-    require_seen,
-    side_by_side,
-    workers_at,
-)
 from afferents.progress import Progress
 from afferents.store import responses as store
 from afferents.store.responses import Responses
 from afferents.store.trimming import require_within
-
-Indices = NDArray[np.int64]
 
 
 def run_evaluation(
@@ -73,7 +55,7 @@ def run_evaluation(
     Parameters
     ----------
     quick_controls
-        Whether `ask_controls` is called as well, for the report.
+        Whether `controls.ask_controls` is called as well, for the report.
 
     Raises
     ------
@@ -85,7 +67,8 @@ def run_evaluation(
         If anything of a held-out speed is seen under the nested protocol.
     """
     options, out, everything = evaluation.options, evaluation.out, evaluation.recordings
-    able = plan.require_support(evaluation.models, everything, options.may_leave_out)
+    may_leave_out = "all" in names_in(options.models)
+    able = plan.require_support(evaluation.models, everything, may_leave_out)
     left_out = [model.name for model in evaluation.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
@@ -109,7 +92,7 @@ def run_evaluation(
         all_finished = all(finished(out, key) for key in keys)
         workers = options.workers or cpu_count()
         if options.cluster is not None and not all_finished:
-            workers = workers_at(options.cluster)
+            workers = parallel.workers_at(options.cluster)
         fold_files.write_plan(out, keys, workers, options.cluster)
         known = all_finished and (out / SUMMARY).is_file() and read_summary(out).controls
         # On this machine those models run side by side that share samples, which are all in memory;
@@ -124,7 +107,7 @@ def run_evaluation(
         if known:
             about["controls"] = known
         elif quick_controls and options.control == "none":
-            about |= ask_controls(evaluation, recordings, progress)
+            about |= controls.ask_controls(evaluation, recordings, progress)
         return _summarise_folder(evaluation, recordings, about)
 
 
@@ -182,7 +165,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError(f"the data: expected at least 2 textures to recognise, found {found}")
     groups = split.groups_of(recordings)
     nested = any(p.validation == "training-speed" for p in evaluation.options.protocols)
-    solved = not all(learns_in_a_loop(model) for model in evaluation.models)
+    solved = not all(fitting.learns_in_a_loop(model) for model in evaluation.models)
     needed = 3 if nested or solved else 2
     if len(groups) < needed:
         do = (
@@ -272,14 +255,14 @@ def _run_jobs(
     if cluster is not None:
         sent = evaluation.to_json()
         far = [(sent, key.model_dump_json(by_alias=True)) for key in keys]
-        done = on_cluster(run_far_job, far, cluster, evaluation.out)
+        done = parallel.on_cluster(run_far_job, far, cluster, evaluation.out)
         yield from map(FoldKey.model_validate_json, done)
         return
     sources = find_sources(model, evaluation.encodings)
     samples = encode_samples(evaluation, sources, recordings, progress, workers)
     _open_again(evaluation)  # hours may have gone by: samples of changed data are refused
     jobs = ((evaluation, key, samples) for key in keys)
-    yield from side_by_side(run_job, jobs, workers, progress.note)
+    yield from parallel.side_by_side(run_job, jobs, workers, progress.note)
 
 
 def run_job(evaluation: Evaluation, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
@@ -322,7 +305,7 @@ def _reopen(sent: str) -> Evaluation:
         does not see the folder that the command was started in.
     """
     found = json.loads(sent)
-    require_seen([found["folder"]])
+    parallel.require_seen([found["folder"]])
     with chdir(found["folder"]):  # from which names of files count
         options, quiet = EvaluationOptions(**found["options"]), Progress(quiet=True)
         opened = plan.open_evaluation(found["data"], found["out"], options, quiet)
@@ -375,7 +358,7 @@ def encode_samples(
         samples = data.encode_all(recordings, source, *how, options.disturb_training, workers)
         if options.disturb != options.disturb_training:
             tested = data.encode_all(recordings, source, *how, options.disturb, workers)
-            samples = join_variants(samples, tested)
+            samples = splits.join_variants(samples, tested)
         found.append(options.by.labelled(samples, recordings))
         if (n := len(samples) - len(found[-1])) and not options.by.whole:
             progress.note(
@@ -405,35 +388,35 @@ def train_and_test(
     Facts of the fold, its leaks with them; one row a test sample; the content of a weights file.
     """
     torch.set_num_threads(1)
-    keep_freed_memory()
+    parallel.keep_freed_memory()
     start, options = time.perf_counter(), evaluation.options
     model, protocol = evaluation.model(key.model), PROTOCOLS[key.protocol]
     ranks, parts = [], []
     sources = find_sources(model, evaluation.encodings)
     for of_source, (_, encoding) in zip(samples, sources, strict=True):
         # Published halves of spectra are drawn at random.
-        splitter = LeaveOneGroupOut(protocol, encoding.of_vibration, key.seed, options.by)
-        rank, fold = make_fold(
+        splitter = splits.LeaveOneGroupOut(protocol, encoding.of_vibration, key.seed, options.by)
+        rank, fold = splits.make_fold(
             splitter, of_source, key.held_out, options.ablation, evaluation.tested
         )
         ranks.append(rank)
         parts.append(Part(of_source, fold, encoding))
-    leaks: dict[int, Leaks] = {}
+    leaks: dict[int, splits.Leaks] = {}
     # Nothing but networks is picked by validation samples; `nested` lets others learn from them.
-    unused = not (learns_in_a_loop(model) or protocol.solved_models_learn_from_validation)
+    unused = not (fitting.learns_in_a_loop(model) or protocol.solved_models_learn_from_validation)
 
     def check(number: int, learnt_from: Indices) -> None:
         part = parts[number]
         used = replace(part.fold, validation=part.fold.validation[:0]) if unused else part.fold
-        leaks[number] = find_leaks(part.samples, used, learnt_from)
+        leaks[number] = splits.find_leaks(part.samples, used, learnt_from)
         if protocol.refuses_leaks:
-            refuse_leaks(leaks[number], part.fold)
+            splits.refuse_leaks(leaks[number], part.fold)
 
     for number, part in enumerate(parts):
         check(number, part.fold.train[:0])
     lead, searched = parts[0], options.penalty == "searched"
-    config = options.training(recipe_of(model, lead.encoding))
-    fitted = fit(
+    config = options.training(fitting.recipe_of(model, lead.encoding))
+    fitted = fitting.fit(
         Fitting(model, parts, protocol, config, key.seed, ranks[0], check, checkpoint, searched)
     )
     seconds = round(time.perf_counter() - start, 3)

@@ -14,29 +14,20 @@ from afferents.choices import LARGEST_SEED, require_number
 from afferents.encodings.samples import textures_of
 from afferents.encodings.settings import Encodings, described
 from afferents.errors import InputError, then
+from afferents.evaluation import data as opening
 from afferents.evaluation import plan
-from afferents.evaluation.data import (
-    OpenedData,
-    Source,
-    choose_encodings,
-    encode_all,
-    find_sources,
-    join_recordings,
-    note_choice,
-    open_data,
-)
+from afferents.evaluation.data import OpenedData, Source, encode_all, find_sources
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.extraction import copies
 from afferents.files import Place, require_free
 from afferents.folds.held_out import SPEED, order
 from afferents.folds.splits import hold_out_the_middle
+from afferents.models import fitting, folder
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
 from afferents.models.classifiers import classifier_of
 from afferents.models.fitted import Part
-from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
 from afferents.models.model import MODELS, Model, models_in, names_in
 from afferents.plugins import reference_of
 from afferents.progress import Progress
@@ -73,7 +64,7 @@ class Training:
     @property
     def recipe(self) -> str:
         """Name of the recipe that the model's network is trained by."""
-        return recipe_of(self.model, self.source.encoding)
+        return fitting.recipe_of(self.model, self.source.encoding)
 
 
 def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -103,7 +94,9 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
             f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
             f"found '{model.name}'"
         )
-    require_free(out, is_model_folder, force=force, reads=[training.data.origin.data_set.path])
+    require_free(
+        out, folder.is_model_folder, force=force, reads=[training.data.origin.data_set.path]
+    )
     recordings = with_steady(training.data.responses, options.steady)
     _require_trainable(training, recordings)
     scores = read_scores(training) if training.results else ()
@@ -121,10 +114,10 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     torch.set_num_threads(1)
     config, part = options.training(training.recipe), Part(samples, fold, source.encoding)
     with progress.task("training", 1) as mark:
-        network, learnt = fit_once(model, part, config, training.seed, mark)
+        network, learnt = fitting.fit_once(model, part, config, training.seed, mark)
         mark(1)
-    deployed = Deployed(network.cpu(), len(textures), learnt.scale).eval()
-    own = own_types(deployed.network)
+    deployed = folder.Deployed(network.cpu(), len(textures), learnt.scale).eval()
+    own = folder.own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
     learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
     learnt_from = sorted(np.unique(fold.split.of(samples)[fold.train]).tolist(), key=order)
@@ -143,7 +136,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         named_by_spacing=bool(named_by_spacing(recordings)),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
-        preset=options.preset if learns_in_a_loop(model) else None,
+        preset=options.preset if fitting.learns_in_a_loop(model) else None,
         recipe=dict(options.recipe.of_network(training.recipe)),
         statistics=options.statistics,
         seed=training.seed,
@@ -158,7 +151,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         encoding=encoding,
         **sensor,
     )
-    save_model(deployed, card, out)
+    folder.save_model(deployed, card, out)
     return card
 
 
@@ -336,17 +329,18 @@ def train(
     if len(models) + ("best" in names_in(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
-        opened = open_data([data], progress=progress)
-        copies.warn(join_recordings(opened), progress)
-        (one,) = models or [plan.find_best(join_recordings(opened))]
-        encodings = choose_encodings(opened, chosen.cut, chosen.encoding, chosen.steady)
-        note_choice(opened, [one], encodings, progress)
+        opened = opening.open_data([data], progress=progress)
+        recordings = opening.join_recordings(opened)
+        copies.warn(recordings, progress)
+        (one,) = models or [plan.find_best(recordings)]
+        encodings = opening.choose_encodings(opened, chosen.cut, chosen.encoding, chosen.steady)
+        opening.note_choice(opened, [one], encodings, progress)
         place = None if results is None else Path(results)
         training = Training(opened[0], one, encodings, chosen, seed, place)
         return train_model(training, Path(out), progress, force)
 
 
-def load_model(model: Place) -> Recogniser:
+def load_model(model: Place) -> folder.Recogniser:
     """Read a trained model, which recognises samples.
 
     Parameters
@@ -372,4 +366,4 @@ def load_model(model: Place) -> Recogniser:
     >>> model.predict(x).probability.dims
     ('sample', 'texture')
     """
-    return Recogniser.of_folder(Path(model))
+    return folder.Recogniser.of_folder(Path(model))

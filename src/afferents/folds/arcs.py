@@ -9,7 +9,7 @@ Every speed and texture is in every arc: only the stretch of the drum is new in 
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
-from afferents.folds.held_out import OPTION, Group, Split, key_of, require_everywhere
+from afferents.folds.held_out import OPTION, Group, Split, require_everywhere
 from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
 from afferents.store.responses import Responses, steady_s
 
@@ -31,28 +31,16 @@ _NOWHERE = -1
 class ByAngle(Split):
     """By arcs of the drum: `angle` for five, `angle-8` for eight."""
 
-    whole = False
-    one, many = "an arc of the drum", "arcs of the drum"
-    divided = "The drum of each"
+    whole, divided = False, "The drum of each"
 
-    @property
-    def n_arcs(self) -> int:
-        """How many arcs there are."""
-        _, _, number = self.name.partition("-")
-        return int(number) if number else ARCS
-
-    @property
-    def axis(self) -> str:
-        """Return it with the number of arcs."""
-        return f"arc of the drum (of {self.n_arcs})"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        """Return `in arc 2, 3 of 5`."""
-        return f"in arc {', '.join(map(key_of, groups))} of {self.n_arcs}"
-
-    def printed(self, group: Group) -> str:
-        """Return `arc 2 of 5`."""
-        return f"arc {key_of(group)} of {self.n_arcs}"
+    def __init__(self, name: str) -> None:
+        """Set the words, with the number of arcs."""
+        super().__init__(name)
+        number = name.partition("-")[2]
+        self.n_arcs = int(number) if number else ARCS
+        self.one, self.many = "an arc of the drum", "arcs of the drum"
+        self.axis = f"arc of the drum (of {self.n_arcs})"
+        self.printed_as, self.at_as = f"arc {{}} of {self.n_arcs}", f"in arc {{}} of {self.n_arcs}"
 
     def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
         """Return all arcs, whose number goes from 1 on, after looking at each recording.
@@ -91,10 +79,6 @@ class ByAngle(Split):
                     f"an index pulse or an absolute encoder (drum_zero = '{MARK}')"
                 )
         return [str(number + 1) for number in range(self.n_arcs)]
-
-    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return no group for any: a recording goes through all arcs."""
-        return {str(responses.attrs["name"]): "" for responses in recordings}
 
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return the samples that are of an arc, with its number.

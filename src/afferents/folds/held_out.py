@@ -8,9 +8,8 @@ recordings: `arcs`, by the arc of the drum that was touched, and `bands`, by spe
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,8 @@ NAME = r"\w[\w .+-]*"
 """Of a condition."""
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
+_OF_PAIR = "/"
+"""Stands between the two of a cell."""
 _ALIKE = 0.02
 """Speeds closer than this share of one another count as one: to learn from one is to see both."""
 
@@ -44,7 +45,6 @@ SplitName = Annotated[str, Field(pattern=f"^{NAME}(,{NAME})?$")]
 Steady = tuple[Amount, Amount]
 
 
-@dataclass(frozen=True)
 class Split:
     """By what recordings form groups: a condition that they carry, unless a subclass overrides it.
 
@@ -54,6 +54,9 @@ class Split:
     ----------
     name
         In commands and files.
+    title, one, many, axis
+        What a group is, in words: without an article, with it, several, and with its unit as an
+        axis has it.
     ordered
         Whether groups lie on a scale, so that some are between others.
     whole
@@ -70,54 +73,43 @@ class Split:
         Of the groups, with a space before it; none where they have none.
     divided
         What is divided into groups where recordings are not whole, in words.
+    printed_as, at_as
+        What `printed` and `at` fill in.
     """
 
-    name: str
+    ordered, whole = False, True
+    coordinate, column = dims.GROUP, "held_out_group"
+    groups, leaks = "groups", "group"
+    unit = divided = ""
 
-    ordered: ClassVar[bool] = False
-    whole: ClassVar[bool] = True
-    coordinate: ClassVar[str] = dims.GROUP
-    column: ClassVar[str] = "held_out_group"
-    groups: ClassVar[str] = "groups"
-    leaks: ClassVar[str] = "group"
-    unit: ClassVar[str] = ""
-    divided: ClassVar[str] = ""
+    def __init__(self, name: str) -> None:
+        """Set the words for a condition of that name."""
+        self.name = self.title = self.axis = name
+        self.one = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+        self.many = f"values of {name}"
+        self.printed_as, self.at_as = f"{name} {{}}", f"with {name} {{}}"
 
-    @property
-    def title(self) -> str:
-        """What a group is, in words without an article."""
-        return self.name
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Split) and self.name == other.name
+
+    def __hash__(self) -> int:
+        return hash(self.name)
 
     def settled(self, recordings: Sequence[Responses]) -> "Split":
         """Return it with what its groups take from the recordings that are used."""
         return self
 
-    @property
-    def one(self) -> str:
-        """A group, in words, with its article."""
-        return f"{'an' if self.title[:1].lower() in 'aeiou' else 'a'} {self.title}"
-
-    @property
-    def many(self) -> str:
-        """Groups, in words."""
-        return f"values of {self.name}"
-
-    @property
-    def axis(self) -> str:
-        """What groups are, with their unit, as an axis says it."""
-        return self.name
-
     def at(self, groups: Sequence[Group]) -> str:
         """Return where something was, in words: `at 10, 20 mm/s`, `with trial 1`."""
-        return f"with {self.name} {', '.join(map(key_of, groups))}"
+        return self.at_as.format(", ".join(map(key_of, groups)))
 
     def printed(self, group: Group) -> str:
         """Return a group in words: `10 mm/s`, `trial 1`."""
-        return f"{self.name} {key_of(group)}"
+        return self.printed_as.format(key_of(group))
 
     def named(self, group: Group) -> str:
         """Return a group with the name of what it is: `speed 10 mm/s`, `trial 1`."""
-        return self.printed(group)
+        return f"{self.name} {self.printed(group)}" if self.ordered else self.printed(group)
 
     def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
         """Return the groups that recordings are of, each once, in order.
@@ -135,16 +127,6 @@ class Split:
         names = samples[dims.RECORDING].values
         of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
         return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
-
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        """Return groups as a user names them.
-
-        Raises
-        ------
-        InputError
-            Naming the option, if one can't be one.
-        """
-        return tuple(map(text_of, wanted))
 
     def of(self, samples: Samples) -> NDArray[Any]:
         """Return the groups of samples, (n_samples,)."""
@@ -169,13 +151,15 @@ class Split:
                 raise InputError(f"{option}: expected {expected}, found {key_of(group)}")
 
     def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return the groups of recordings by their names.
+        """Return the groups of recordings by their names; of recordings that are divided none.
 
         Raises
         ------
         InputError
             As `groups_of`.
         """
+        if not self.whole:
+            return {str(responses.attrs["name"]): "" for responses in recordings}
         declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
         lacking = [name for name, its in declared.items() if self.name not in its]
         if lacking:
@@ -201,16 +185,11 @@ class _BySpeed(Split):
     ordered = True
     coordinate, column = dims.SPEED, "held_out_speed_mm_s"
     groups, leaks, unit = "speeds_mm_s", "speed", " mm/s"
-    one, many, axis = "a speed", "speeds", "speed (mm/s)"
 
-    def at(self, groups: Sequence[Group]) -> str:
-        return f"at {', '.join(map(key_of, groups))}{self.unit}"
-
-    def printed(self, group: Group) -> str:
-        return f"{key_of(group)}{self.unit}"
-
-    def named(self, group: Group) -> str:
-        return f"speed {self.printed(group)}"
+    def __init__(self) -> None:
+        super().__init__("speed")
+        self.many, self.axis = "speeds", "speed (mm/s)"
+        self.printed_as, self.at_as = "{} mm/s", "at {} mm/s"
 
     def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
         found: dict[str, Group] = {}
@@ -242,45 +221,31 @@ class _BySpeed(Split):
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         return samples
 
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        try:
-            return tuple(float(speed) for speed in wanted)
-        except (TypeError, ValueError):
-            raise InputError(f"{option}: expected speeds in mm/s, found {wanted!r}") from None
 
-
-SPEED: Split = _BySpeed("speed")
+SPEED: Split = _BySpeed()
 """The default: one speed is held out at a time."""
 
 
-@dataclass(frozen=True)
 class ByPair(Split):
     """By two at once, such as `speed,force`: what is tested shares neither with what is learnt.
 
     A group is a cell of their table, `20/F100`. Learnt from are the cells of other rows and other
     columns; the rest of the row and the column that cross in the cell is left out.
+
+    Attributes
+    ----------
+    both
+        What each of the two holds out.
     """
 
-    @property
-    def both(self) -> tuple[Split, Split]:
-        """What each of the two holds out."""
-        one, _, other = self.name.partition(",")
-        return split_named(one), split_named(other)
-
-    @property
-    def one(self) -> str:
-        """Return `a pair of speed and force`."""
-        return f"a pair of {' and '.join(each.name for each in self.both)}"
-
-    @property
-    def many(self) -> str:
-        """Return `pairs of speed and force`."""
-        return self.one.replace("a pair", "pairs")
-
-    @property
-    def axis(self) -> str:
-        """Return `speed (mm/s) / force`."""
-        return " / ".join(each.axis for each in self.both)
+    def __init__(self, name: str) -> None:
+        """Set the words: `pairs of speed and force`, `speed (mm/s) / force`."""
+        super().__init__(name)
+        one, _, other = name.partition(",")
+        self.both = split_named(one), split_named(other)
+        names = " and ".join(each.name for each in self.both)
+        self.one, self.many = f"a pair of {names}", f"pairs of {names}"
+        self.axis = " / ".join(each.axis for each in self.both)
 
     def at(self, groups: Sequence[Group]) -> str:
         """Return `with speed 20 mm/s and force F100`."""
@@ -318,10 +283,6 @@ class ByPair(Split):
             expected = f"values of {self.both[0].name} without '{_OF_PAIR}'"
             raise InputError(f"{OPTION}: expected {expected}, found '{slashed[0]}'")
         return {name: f"{key_of(rows[name])}{_OF_PAIR}{key_of(columns[name])}" for name in rows}
-
-
-_OF_PAIR = "/"
-"""Stands between the two of a cell."""
 
 
 def key_of(group: Group) -> str:

@@ -88,10 +88,8 @@ class LeaveOneGroupOut:
             If there are too few groups (3 for `nested`, 2 for `published`), or none left to
             train on.
         """
-        groups, recordings, textures = self._labels(samples)
-        ranked = self._ranked(groups)
-        for rank in range(len(ranked)):
-            yield self._fold(rank, ranked, groups, recordings, textures)
+        for group in self._ranked(self.what.of(samples)):
+            yield self.fold(samples, group)[1]
 
     def fold(self, samples: Samples, held_out: Group) -> tuple[int, Fold]:
         """Return one of the folds, without the others, and its rank among them.
@@ -101,15 +99,22 @@ class LeaveOneGroupOut:
         InputError
             As `folds`.
         """
-        groups, recordings, textures = self._labels(samples)
+        groups = self.what.of(samples)
         ranked = self._ranked(groups)
         rank = ranked.index(held_out)
-        return rank, self._fold(rank, ranked, groups, recordings, textures)
-
-    def _labels(self, samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Return the group, recording and texture of every sample."""
-        recordings, textures = samples[dims.RECORDING].values, samples[dims.TEXTURE].values
-        return self.what.of(samples), recordings, textures
+        shares = self.what.sharing(np.array(ranked), held_out)
+        apart = tuple(g for g, its in zip(ranked, shares, strict=True) if g == held_out or not its)
+        validated_by = self.protocol.validation_group(apart, held_out, self.what)
+        held = groups == held_out
+        if validated_by == held_out:
+            validating = self._validating_half(samples, held, rank)
+            validation, test = held & validating, held & ~validating
+        else:
+            validation, test = groups == validated_by, held
+        train = ~self.what.sharing(groups, held_out) & ~validation
+        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
+        fold = Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
+        return rank, fold
 
     def _ranked(self, groups: NDArray[Any]) -> tuple[Group, ...]:
         ranked = tuple(sorted(np.unique(groups).tolist(), key=order))
@@ -118,34 +123,12 @@ class LeaveOneGroupOut:
             raise InputError(f"the data: expected {expected}, found {len(ranked)}")
         return ranked
 
-    def _fold(
-        self,
-        rank: int,
-        ranked: tuple[Group, ...],
-        groups: NDArray[Any],
-        recordings: NDArray[Any],
-        textures: NDArray[Any],
-    ) -> Fold:
-        held_out = ranked[rank]
-        shares = self.what.sharing(np.array(ranked), held_out)
-        apart = tuple(g for g, its in zip(ranked, shares, strict=True) if g == held_out or not its)
-        validated_by = self.protocol.validation_group(apart, held_out, self.what)
-        held = groups == held_out
-        if validated_by == held_out:
-            validating = self._validating_half(recordings, textures, held, rank)
-            validation, test = held & validating, held & ~validating
-        else:
-            validation, test = groups == validated_by, held
-        train = ~self.what.sharing(groups, held_out) & ~validation
-        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
-        return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
-
     def _validating_half(
-        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
+        self, samples: Samples, held: NDArray[np.bool_], rank: int
     ) -> NDArray[np.bool_]:
-        number = number_in_recording(recordings)
+        number = number_in_recording(samples[dims.RECORDING].values)
         if not number[held].any():
-            number[held] = number_in_recording(textures[held])
+            number[held] = number_in_recording(samples[dims.TEXTURE].values[held])
         if not self.random_halves:
             return np.equal(number % 2, 0)
         n = int(number[held].max()) + 1

@@ -52,8 +52,10 @@ def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
 
     monkeypatch.setattr(evaluation, "Checkpoint", partial(Checkpoint, every_s=0))
     monkeypatch.setattr(evaluation, "save_fold", save)
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
+    monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
+    monkeypatch.setattr(
+        evaluation.parallel, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs)
+    )
     asked = ("--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
     ended = run("evaluate", stores["audio"], *asked)
     assert ended[0] == 0, ended
@@ -155,6 +157,6 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
 def test_a_model_that_workers_cannot_find_is_refused(stores, tmp_path, monkeypatch):
     """They are sent JSON: names, and files that they read."""
     mine = replace(models_in("vib-te")[0], name="mine", classifier=LogisticRegression())
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
     with pytest.raises(InputError, match=r"as FILE.py:NAME, .* found the object mine; give the"):
         evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, cluster="tcp://here:1")

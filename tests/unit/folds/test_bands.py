@@ -155,7 +155,7 @@ def test_what_is_wrong_with_edges_is_said_with_the_range(swept):
     with pytest.raises(InputError, match=r"which goes from 20\.\d to 79\.\d mm/s, found 200, 300"):
         split_named("speed-200-300").groups_of(swept)
     constant = [recording("a/1", "a", nominal=20.0), recording("a/2", "a", nominal=40.0)]
-    with pytest.raises(InputError, match="found 50, which is more than the speed tells apart"):
+    with pytest.raises(InputError, match="found 50, which is more than the speed has values for"):
         split_named("speed-in-50").groups_of(constant)
 
 

@@ -207,7 +207,7 @@ def test_a_part_that_no_card_can_name_is_refused_before_the_training(stored, tmp
     class Mine(Ra1):
         name = "mine"
 
-    monkeypatch.setattr(train, "fit_once", None)
+    monkeypatch.setattr(train.fitting, "fit_once", None)
     mine = Model("m", channel=Mine(), encoding="spatial", classifier=named(f"{OWN}:perceptron"))
     with pytest.raises(
         InputError, match=r"channel: expected one of a module .* put it into a file"
