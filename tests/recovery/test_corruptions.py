@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import AfferentsError
-from afferents.evaluation.data import open_data, recordings_in
+from afferents.evaluation.data import join_recordings, open_data
 from afferents.evaluation.results import load_results
 from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
@@ -66,7 +66,7 @@ def strange(content, rng):
 
 def read_store(store):
     data = open_data([str(store)])
-    for responses in recordings_in(data):
+    for responses in join_recordings(data):
         for name in responses.data_vars:
             read_whole(responses, str(name))
 

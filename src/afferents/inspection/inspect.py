@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation.summary import lost_of, share_lost
+from afferents.evaluation.data import share_lost, summarise_lost
 from afferents.extraction.copies import notes_in
 from afferents.extraction.extract import find_issues, of_still, responses_of, watched
 from afferents.files import Place, is_our_picture, require_free
@@ -298,7 +298,7 @@ def inspect_recordings(
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
     found.sentences += length_sentences(rows, len(jobs))
-    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
+    found.sentences += filter(None, [what_was_lost(summarise_lost(lost))])
     of_paper = [
         look.row
         for look, recording in zip(in_order, session.recordings, strict=True)
@@ -460,7 +460,7 @@ def inspect_responses(
         for responses in recordings
         if dims.DETECTED in responses
     }
-    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
+    found.sentences += filter(None, [what_was_lost(summarise_lost(lost))])
     found.problems += [
         f"{name}: {100 * share:.1f}% of marker positions are lost."
         for name, share in lost.items()

@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Reliability
+from afferents.evaluation.results import Reliability, Results
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     are_published,

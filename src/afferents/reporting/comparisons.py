@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from afferents.evaluation.options import words_of
-from afferents.evaluation.schemas import Difference, FirstEpoch, Outcome, Summary
+from afferents.evaluation.options import shell_words
+from afferents.evaluation.results import Difference, FirstEpoch, Outcome, Summary
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
     ABSENT,
@@ -257,7 +257,7 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> pd.DataFrame:
 
 def _what(run: Summary) -> str:
     """Say in a few words what was evaluated."""
-    options = f", {' '.join(words_of(run.options))}" if run.options else ""
+    options = f", {' '.join(shell_words(run.options))}" if run.options else ""
     return (
         f"{len(run.textures)} textures, {len(run.held_out)} {run.split.many}, preset {run.preset}"
         f"{options}, intervals over {drawn_over(run)}"

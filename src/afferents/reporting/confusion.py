@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from afferents.choices import Figures
 from afferents.evaluation.metrics import accuracy_by_group, confusion
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Results, Summary
 from afferents.folds.held_out import SPEED, order
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,

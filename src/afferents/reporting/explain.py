@@ -27,9 +27,8 @@ from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
-from afferents.evaluation.data import OpenedData, open_data
-from afferents.evaluation.encode import Source, has, kept_part, response_of
-from afferents.evaluation.train import felt_with
+from afferents.evaluation.data import OpenedData, Source, has, kept_part, make_response, open_data
+from afferents.evaluation.train import describe_sensor
 from afferents.files import Place, holds_only, is_our_picture, require_free, write_json
 from afferents.folds.held_out import Group, Split, order
 from afferents.markers.places import images_of
@@ -252,7 +251,7 @@ def some_of(
     """
     channel, encoding = source
     kept = kept_part(responses, source, cut)
-    response = response_of(responses, source)
+    response = make_response(responses, source)
     samples = encoding.samples(response, kept, channel.lookback)
     if dims.FREQUENCY in samples.dims:
         n_seen = encoding.seen(samples.values[:1]).shape[-1]
@@ -457,7 +456,7 @@ def _require_fitting(
                 f"{where}: expected {source.channel.name} in the form that {card.model} learnt "
                 f"from, found none in {responses.attrs['name']}"
             )
-    found = felt_with(data, source)
+    found = describe_sensor(data, source)
     for name, unit in (("fps_hz", "frames/s"), ("sample_rate_hz", "Hz")):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):

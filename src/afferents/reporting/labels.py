@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from afferents.evaluation.intervals import SESSION
-from afferents.evaluation.schemas import Outcome, Summary
+from afferents.evaluation.results import Outcome, Summary
 from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS

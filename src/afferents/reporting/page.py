@@ -10,9 +10,8 @@ from typing import Any
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from afferents.evaluation.options import words_of
-from afferents.evaluation.results import CONFIG, Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.options import shell_words
+from afferents.evaluation.results import CONFIG, Results, Summary
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
 from afferents.reporting.comparisons import beside_paper, differences
@@ -147,7 +146,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(name for name in PROTOCOL_TITLES if name in run) or "none"),
         ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
         ("Steady part", steady),
-        ("Asked for", shlex.join(words_of(summary.options))),
+        ("Asked for", shlex.join(shell_words(summary.options))),
         *own,
         *((f"Corrupted when {when}", str(by)) for when, by in corrupted.items()),
         ("Chance", f"{percent(summary.chance)}%"),

@@ -17,8 +17,7 @@ from afferents.encodings.images import spatial_samples
 from afferents.encodings.samples import Samples
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation.data import open_data, recordings_in
-from afferents.evaluation.encode import Source, encode_all
+from afferents.evaluation.data import Source, encode_all, join_recordings, open_data
 from afferents.evaluation.results import (
     CONFIG,
     Results,
@@ -159,7 +158,7 @@ def _recordings(results: Results, progress: Progress) -> list[Responses]:
         )
     left_out = {entry.recording for entry in results.found.skipped}
     ablation = Ablation(**config.get("ablation", {}))
-    everything = with_steady(ablation.recordings(recordings_in(opened)), config.get("steady_s"))
+    everything = with_steady(ablation.recordings(join_recordings(opened)), config.get("steady_s"))
     recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
     if not recordings:
         raise InputError(

@@ -9,8 +9,8 @@ import numpy as np
 
 from afferents.dims import RA2
 from afferents.encodings.settings import Encodings
-from afferents.evaluation.options import TrainingOptions, words_of
-from afferents.evaluation.schemas import Lost, Outcome, Summary
+from afferents.evaluation.options import TrainingOptions, shell_words
+from afferents.evaluation.results import Lost, Outcome, Summary
 from afferents.folds.held_out import SPEED, ByPair
 from afferents.models.model import MODELS
 from afferents.reporting.comparisons import differ_in_one_thing, points
@@ -308,13 +308,13 @@ def _handed_on(summary: Summary, names: Collection[str]) -> list[str]:
     """Return the words that ask for the same cut and preset, and the same of these options."""
     same = {name: value for name, value in summary.options.items() if name in names}
     same |= {"cut": summary.cut} if summary.cut != "all" else {}
-    return words_of(same | ({"preset": "paper"} if summary.preset == "paper" else {}))
+    return shell_words(same | ({"preset": "paper"} if summary.preset == "paper" else {}))
 
 
 def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
     """Yield how to keep a model and run it live: the one spoken of, or the best that can be."""
     # who only reads sentences needs no torch
-    from afferents.evaluation.encode import sources_of
+    from afferents.evaluation.data import find_sources
     from afferents.evaluation.train import can_run_live
 
     able = [name for name in won.rivals if name in MODELS and can_run_live(MODELS[name])]
@@ -332,7 +332,7 @@ def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Ste
             f"{model_title(name, summary)} ({accuracy}%). "
         )
     source = summary.data[0].source  # `train` takes one
-    encodings = [one.encoding for one in sources_of(MODELS[name], Encodings())]
+    encodings = [one.encoding for one in find_sources(MODELS[name], Encodings())]
     own = {name for one in encodings for name in one.options()}
     options = _handed_on(summary, own | TrainingOptions.model_fields.keys())
     options += ["--results", str(results)] if results else []

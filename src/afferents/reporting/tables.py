@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 
 from afferents.dims import RA2
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Accuracies, Outcome, Summary
+from afferents.evaluation.results import Accuracies, Outcome, Results, Summary
 from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED, key_of
 from afferents.models.model import TABLE1

@@ -18,9 +18,9 @@ from afferents.encodings.base import Encoding
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.evaluate import evaluate
-from afferents.evaluation.fold_files import FoldKey, finished
+from afferents.evaluation.fold_files import FRAMES, FoldKey, finished
 from afferents.evaluation.options import EvaluationOptions
-from afferents.evaluation.recipe import FIELD, lengths_in
+from afferents.evaluation.plan import read_lengths
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
@@ -192,8 +192,8 @@ def _require_known(options: EvaluationOptions) -> None:
         if name not in known:
             expected = "options of extract, of evaluate, or of encodings"
             raise InputError(f"options: expected {expected}, found '{name}'")
-    several = lengths_in(options.encoding.get(FIELD))
-    Encodings().changed(**{n: v for n, v in options.encoding.items() if not several or n != FIELD})
+    several = read_lengths(options.encoding.get(FRAMES))
+    Encodings().changed(**{n: v for n, v in options.encoding.items() if not several or n != FRAMES})
 
 
 def _require_simulated(cut: Cut, size: Size) -> None:

@@ -11,15 +11,15 @@ from pydantic import Field
 
 from afferents.choices import Like
 from afferents.documents import as_form, read_json
-from afferents.evaluation.fold_files import PLAN
-from afferents.evaluation.job_status import (
+from afferents.evaluation.fold_files import (
+    PLAN,
     JobStatus,
     State,
     job_statuses,
     read_plan,
     seconds_left,
 )
-from afferents.evaluation.schemas import Schema
+from afferents.evaluation.results import Schema
 from afferents.files import require_same_config, write_json
 from afferents.outputs import is_locked
 from afferents.recordings.session_file import session_file

@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 
 from afferents.encodings.samples import Samples, concatenate, make_samples
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Results, Summary
 from afferents.reporting.choice import Shown
 from afferents.reporting.images import FrameRow
 

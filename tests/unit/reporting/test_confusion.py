@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Summary
 from afferents.reporting.confusion import confusion_figure, percent_of_true
 from afferents.reporting.published import published_textures
 

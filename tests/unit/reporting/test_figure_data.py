@@ -10,8 +10,7 @@ import xarray as xr
 
 from afferents.encodings.settings import Encodings
 from afferents.evaluation.data import open_data
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Results, Summary
 from afferents.progress import Progress
 from afferents.reporting import report as writing
 from afferents.reporting.figures import draw_pictures

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Summary
 from afferents.reporting import spectra as drawn_spectra
 from afferents.reporting.accuracy import speed_picture
 from afferents.reporting.figures import FigureData, draw_pictures

@@ -6,8 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Results, Summary
 from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.labels import source_line
 from afferents.reporting.page import redo_command, render_report

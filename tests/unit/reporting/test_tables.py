@@ -4,8 +4,7 @@ import pandas as pd
 import pytest
 
 from afferents.errors import InputError
-from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Summary
+from afferents.evaluation.results import Results, Summary
 from afferents.reporting import comparisons, published, report, tables
 from afferents.reporting.labels import are_published, spacing_note, texture_names
 

@@ -10,8 +10,7 @@ import torch
 
 import afferents
 from afferents import cli, dims
-from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import encode, sources_of
+from afferents.evaluation.data import encode, find_sources, open_data
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.evaluation.train import Training, train_model
@@ -93,7 +92,7 @@ def test_what_is_live_is_what_was_evaluated(session, store, model):
     percepts = afferents.lab.live.stream([source], folder.with_suffix(".onnx"))
     live = {p.time_s: list(p.probabilities.values()) for p in percepts if p.probabilities}
     (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "3/50")
-    (made_of,) = sources_of(wanted, open_data([str(store)])[0].encodings)
+    (made_of,) = find_sources(wanted, open_data([str(store)])[0].encodings)
     samples = encode(responses, made_of, "all")
     network = Network(folder.with_suffix(".onnx"))
     _, deployed = load_model(folder)
