@@ -32,7 +32,7 @@ from afferents.doctor import processor
 from afferents.evaluation import fold_files, schemas
 from afferents.files import write_text
 from afferents.reporting.published import published_families
-from afferents.reporting.tables import to_markdown
+from afferents.reporting.tables import render_markdown
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -120,7 +120,7 @@ def in_code(names: Iterable[str]) -> str:
 
 def benchmark(_: str) -> str:
     """Return the table of all tasks at a glance, of the entries in the repository."""
-    return to_markdown(next(iter(tables_by_task(read_entries(DOCS / "benchmark")))))
+    return render_markdown(next(iter(tables_by_task(read_entries(DOCS / "benchmark")))))
 
 
 def controls(task: str) -> str:

@@ -59,7 +59,7 @@ from afferents.reporting.recording_figures import (
     steadiness_sentence,
 )
 from afferents.reporting.style import save_figure
-from afferents.reporting.summary_text import what_was_lost
+from afferents.reporting.text import describe_lost
 from afferents.store.motion import series_sentences
 from afferents.store.recording import Recording, RecordingSet, natural_order
 from afferents.store.responses import Responses, named_by_spacing, speed_of
@@ -296,7 +296,7 @@ def inspect_recordings(
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
     found.sentences += length_sentences(rows, len(jobs))
-    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
+    found.sentences += filter(None, [describe_lost(lost_of(lost))])
     of_paper = [
         look.row
         for look, recording in zip(in_order, session.recordings, strict=True)
@@ -456,7 +456,7 @@ def inspect_responses(
         for responses in recordings
         if dims.DETECTED in responses
     }
-    found.sentences += filter(None, [what_was_lost(lost_of(lost))])
+    found.sentences += filter(None, [describe_lost(lost_of(lost))])
     found.problems += [
         f"{name}: {100 * share:.1f}% of marker positions are lost."
         for name, share in lost.items()
