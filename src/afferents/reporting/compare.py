@@ -2,8 +2,7 @@
 
 A fold is compared with the paper's only where textures and speeds are its own: a fold of other
 speeds learnt from something else. A difference is marked where it is larger than the paper's own
-spread between folds would make likely; the rule is `spread_between_folds` and `is_likely`, and the
-table states it.
+spread between folds would make likely; the table states the rule.
 """
 
 import math
@@ -39,7 +38,7 @@ def compare_folds(summary: Summary) -> pd.DataFrame | None:
     )
     simulated = any(data.simulated for data in summary.data)
     return tables.make_table(
-        "Each fold beside the paper's",
+        "Each fold next to the paper's",
         caption("folds", summary, spreads, "sa-ste" in names, simulated),
         (
             "Model, protocol here", "Held out (mm/s)",
@@ -84,21 +83,17 @@ def spread_between_folds(family: published.PublishedFamily) -> float:
     return float(np.sqrt((off**2).mean() / 1.5))
 
 
-def is_likely(difference: float, spread: float, n_folds: int = 1, n_seeds: int = 1) -> bool:
-    """Return whether the mean of `n_folds` folds may differ so by chance, percent points.
-
-    Theirs are of one training each, ours the mean of `n_seeds`.
-    """
-    return abs(difference) <= 2 * spread * math.sqrt((1 + 1 / n_seeds) / n_folds)
-
-
 def _compare_family(family: published.PublishedFamily, found: Outcome) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each speed held out, and one of their mean."""
-    spread = spread_between_folds(family)
+    """Yield a row for each speed held out, and one of their mean.
+
+    The paper's folds are of one training each, ours the mean of a training for each seed.
+    """
+    spread, n_seeds = spread_between_folds(family), len(found.seeds)
 
     def compare(theirs: float, ours: float, n_folds: int) -> tuple[str, ...]:
-        likely = is_likely(ours - theirs, spread, n_folds, len(found.seeds))
-        return f"{theirs:.1f}", f"{ours:.1f}", f"{ours - theirs:+.1f}", "" if likely else LARGER
+        off = ours - theirs
+        likely = abs(off) <= 2 * spread * math.sqrt((1 + 1 / n_seeds) / n_folds)
+        return f"{theirs:.1f}", f"{ours:.1f}", f"{off:+.1f}", "" if likely else LARGER
 
     for key, share in found.by.items():
         fold, best, first = family.folds[float(key)], found.best_epoch.get(key), ABSENT

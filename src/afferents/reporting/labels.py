@@ -158,11 +158,6 @@ def percent(fraction: float, decimals: int = 1) -> str:
     return f"{100 * fraction:.{decimals}f}"
 
 
-def format_interval(share: float, ci95: Sequence[float]) -> str:
-    """Return a share and its interval in percent: `50.1 [40.2, 60.3]`."""
-    return "{} [{}, {}]".format(*map(percent, (share, *ci95)))
-
-
 def shorten_list(names: Sequence[str], most: int = 16) -> str:
     """Return names with commas between, or the first of very many and the last."""
     if len(names) <= most:

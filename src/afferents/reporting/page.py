@@ -109,7 +109,7 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(labels.list_protocols(summary)) or "none"),
         ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
         ("Steady part", f"{written(summary.steady_s)} s (--steady)" if summary.steady_s else ""),
-        ("Asked for", shlex.join(words_of(summary.options))),
+        ("Options", shlex.join(words_of(summary.options))),
         *own,
         *((f"Corrupted when {when}", str(by)) for when, by in corrupted.items()),
         ("Chance", f"{labels.percent(summary.chance)}%"),

@@ -198,7 +198,7 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     Parameters
     ----------
     rows
-        From `inspection.steadiness.measure_steadiness`.
+        From `inspection.stores.measure_steadiness`.
     apart
         Frames between the two images.
     source

@@ -89,7 +89,9 @@ def render_markdown(table: pd.DataFrame) -> str:
 
 def mean_and_interval(found: Accuracies | None) -> str:
     """Return `50.1 [40.2, 60.3]` in percent."""
-    return ABSENT if found is None else labels.format_interval(found.mean_accuracy, found.ci95)
+    if found is None:
+        return ABSENT
+    return "{} [{}, {}]".format(*map(percent, (found.mean_accuracy, *found.ci95)))
 
 
 def format_worst(summary: Summary, found: Accuracies | None) -> str:
