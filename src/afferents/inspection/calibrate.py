@@ -59,7 +59,7 @@ def calibrate_sensor(
     ------
     InputError
         If a clip shows no markers or another sensor, one is given twice, `out` is no .toml, or
-        it or the picture is not free; if a circle is none, or lies outside the picture.
+        it or the picture is not free; if a circle is malformed, or lies outside the picture.
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: expected a name that ends in .toml, found '{out}'")

@@ -106,7 +106,7 @@ def explain(
     Raises
     ------
     InputError
-        If the model is none, knows none of the textures, or the data don't go with it.
+        If `model` holds no model, it knows none of the textures, or the data do not fit it.
 
     Examples
     --------

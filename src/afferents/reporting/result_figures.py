@@ -262,13 +262,11 @@ def picture_matrices(results: Results, figures: Figures) -> Iterator[ReportFigur
         if figure is None:
             continue
         title = _name_matrices(model, protocol, summary)
-        least = draw.LEAST_WRITTEN
+        text = caption("confusion", summary, draw.LEAST_WRITTEN)
         yield ReportFigure(
             f"{'paper-' * printed}confusion-{model}-{protocol}",
             title,
-            caption("printed_confusion", model in TWICE)
-            if printed
-            else caption("confusion", summary, least),
+            caption("printed_confusion", model in TWICE) if printed else text,
             f"Confusion matrices. {title}. Mean accuracy over held-out {results.split.many} "
             f"{percent(found.mean_accuracy)} percent.",
             figure,
