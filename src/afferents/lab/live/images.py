@@ -1,4 +1,4 @@
-"""Responses to one frame as tactile images without gaps: the same numbers as offline."""
+"""Responses to one frame as tactile images without gaps, as offline, and in colours."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -10,23 +10,29 @@ from afferents import dims
 from afferents.channels import CHANNELS, Channel
 from afferents.errors import InputError
 from afferents.filling import Filler
-from afferents.lab.live.follower import Touch
+from afferents.lab.live.touch import Touch
 from afferents.markers.places import images_of
 from afferents.markers.sensor import Sensor
 
 Image = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
 SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
 """Channels that the page shows, whatever models classify by."""
+_CIVIDIS = np.array([
+    (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
+    (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),
+])  # fmt: skip
+"""Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Filled:
-    """What one frame says, with the responses of lost markers filled from their neighbours.
+    """What one frame shows, with the responses of lost markers filled from their neighbours.
 
     Attributes
     ----------
     touch
-        What it says.
+        Of the frame, where lost markers are NaN.
     markers
         By name of the channel: (component, marker) in the layout's order. Without RA-I where no
         frame came before.
@@ -48,32 +54,35 @@ class Filled:
 
 
 class Filling:
-    """Fills responses frame by frame; each channel must be asked for at every frame."""
+    """Fills responses frame by frame; each channel must be requested at every frame."""
 
     def __init__(self) -> None:
         """Nothing came before."""
         self._fillers: dict[str, Filler] = {}
 
     def feed(self, touch: Touch, channels: Iterable[Channel]) -> dict[str, Image]:
-        """Return the responses of some channels; without those that this frame lacks."""
-        found = {channel: channel.step(touch.now, touch.before) for channel in channels}
-        return {c.name: self._filled(c, r, touch) for c, r in found.items() if r is not None}
+        """Return responses of some channels, (component, marker) without NaN, filled as offline.
 
-    def _filled(self, channel: Channel, response: NDArray[np.floating], touch: Touch) -> Image:
-        """Return a response without NaN, (component, marker), filled as offline."""
-        if channel.name not in self._fillers:
-            grid = touch.grid
-            places = None
-            if not channel.parts:
-                assert grid is not None  # as `require_places` has said
-                places = np.stack([grid.row, grid.column], axis=1)
-            self._fillers[channel.name] = Filler(places)
-        stored = np.asarray(response, np.float32)
-        return np.atleast_2d(self._fillers[channel.name].feed(stored[np.newaxis])[0].T)
+        A channel that this frame lacks, as RA-I where no frame came before, is left out.
+        """
+        filled = {}
+        for channel in channels:
+            response = channel.step(touch.now, touch.before)
+            if response is None:
+                continue
+            if channel.name not in self._fillers:
+                places = None
+                if not channel.parts:
+                    assert touch.grid is not None  # as `require_places` has checked
+                    places = np.stack([touch.grid.row, touch.grid.column], axis=1)
+                self._fillers[channel.name] = Filler(places)
+            stored = np.asarray(response, np.float32)[np.newaxis]
+            filled[channel.name] = np.atleast_2d(self._fillers[channel.name].feed(stored)[0].T)
+        return filled
 
 
 def require_places(sensor: Sensor) -> None:
-    """Refuse a sensor whose file does not say where its markers are: it has no images.
+    """Refuse a sensor whose file does not give the places of its markers: it has no images.
 
     Raises
     ------
@@ -87,17 +96,7 @@ def require_places(sensor: Sensor) -> None:
         )
 
 
-# Tactile images in colours.
-
-Pixels = NDArray[np.uint8]
-_CIVIDIS = np.array([
-    (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
-    (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),
-])  # fmt: skip
-"""Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
-
-
-def in_colours(image: Image, most: float) -> Pixels:
+def colour_image(image: Image, most: float) -> Pixels:
     """Return a tactile image in colours, (row, column, 3): red, green, blue.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Which units fired in the last second, as frames and sound come: spikes beside the responses."""
+"""Which units fired in the last second, as frames and sound come: spikes with the responses."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from afferents.spikes.units import UNIT_MODELS, Fired
 SPAN_S = 1.0
 """Spikes older than that are forgotten."""
 SHOWN = 30
-"""About so many units of a class are simulated, evenly among the markers."""
+"""About this many units of a class are simulated, evenly among the markers."""
 _MODEL = UNIT_MODELS["izhikevich"]
 
 
@@ -74,7 +74,7 @@ class _Class:
 
 
 class Raster:
-    """The last second of the units that one sense drives; of none, where nobody asked."""
+    """The last second of the units that one sense drives; of none before spikes are shown."""
 
     _classes: Sequence[_Class] = ()
 
@@ -105,47 +105,32 @@ class MarkerRaster(Raster):
     def begin(self) -> None:
         """Forget all."""
         self._classes, self._n_markers = (), 0
-        self.skip()
 
-    def skip(self) -> None:
-        """Let units begin anew."""
-        self._lost_before: NDArray[np.bool_] | None = None
-        super().skip()
-
-    def take(self, time_s: float, felt: Filled) -> None:
-        """Drive them with a frame."""
-        if felt.touch.now.grey is not None:  # units are driven by px
+    def take(self, time_s: float, filled: Filled) -> None:
+        """Drive them with a frame; they begin anew where none came just before."""
+        touch = filled.touch
+        if touch.now.grey is not None:  # units are driven by px
             return
-        lost = ~felt.touch.detected
+        lost = ~touch.detected
         if len(lost) != self._n_markers:
             self._n_markers = len(lost)
-            self._classes = _of_markers(len(lost))
-        before = lost if self._lost_before is None else self._lost_before
-        self._lost_before = lost
+            every = max(1, round(len(lost) / SHOWN))
+            classes = afferent_classes()
+            self._classes = [
+                _Class(MarkerUnits(classes[name], _MODEL, every=every), range(0, len(lost), every))
+                for name in ("SA", "RA")
+            ]
+        if touch.before is None:
+            self.skip()
+        before = lost if touch.before is None else np.isnan(touch.before.position[:, 0])
         # what lost markers last showed is held here, and drives nothing offline
         missing = {dims.SA1: lost, dims.RA1: lost | before}
         for one in self._classes:
             variable = one.units.afferent.variable
             response = np.full(len(lost), np.nan, np.float32)
-            if variable in felt.markers:
-                response = np.where(missing[variable], np.nan, felt.markers[variable][0])
+            if variable in filled.markers:
+                response = np.where(missing[variable], np.nan, filled.markers[variable][0])
             one.take(one.units.feed(time_s, response), time_s)
-
-
-def _compile() -> None:
-    """Let nothing that comes wait until the model is compiled."""
-    units = MarkerUnits(afferent_classes()["SA"], _MODEL)
-    for time_s in (0.0, 0.01):
-        units.feed(time_s, np.zeros(1, np.float32))
-
-
-def _of_markers(n_markers: int) -> list[_Class]:
-    every = max(1, round(n_markers / SHOWN))
-    numbers = range(0, n_markers, every)
-    classes = afferent_classes()
-    return [
-        _Class(MarkerUnits(classes[name], _MODEL, every=every), numbers) for name in ("SA", "RA")
-    ]
 
 
 class VibrationRaster(Raster):
@@ -175,3 +160,10 @@ class VibrationRaster(Raster):
         for one in self._classes:
             fired = one.units.feed(time_s, samples[:, 0])
             one.take(fired, time_s + len(samples) / self._rate_hz)
+
+
+def _compile() -> None:
+    """Compile the model, so that nothing that comes waits for it."""
+    units = MarkerUnits(afferent_classes()["SA"], _MODEL)
+    for time_s in (0.0, 0.01):
+        units.feed(time_s, np.zeros(1, np.float32))

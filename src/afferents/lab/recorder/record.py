@@ -89,7 +89,7 @@ def record(
 @contextmanager
 def _serve_page(recorder: "Recorder", host: str, port: int, token: str | None) -> Iterator[None]:
     """Show it on a page; who looks on may press its buttons, or enter in the terminal."""
-    from afferents.lab.live.web.server import page_beside
+    from afferents.lab.live.web.server import serve_page
     from afferents.lab.recorder.page import RecordingPage
 
     watch = recorder.watch
@@ -98,7 +98,7 @@ def _serve_page(recorder: "Recorder", host: str, port: int, token: str | None) -
         for line in sys.stdin:
             watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
-    with page_beside(RecordingPage(watch, recorder.sensor), host, port, token, watch.request):
+    with serve_page(RecordingPage(watch, recorder.sensor), host, port, token, watch.request):
         threading.Thread(target=read_terminal, name="afferents-enter", daemon=True).start()
         try:
             yield

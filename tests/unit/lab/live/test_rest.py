@@ -10,7 +10,7 @@ import termios
 import numpy as np
 import pytest
 
-from afferents.lab.live.rest import REST_FRAMES, NewRest
+from afferents.lab.live.follower import REST_FRAMES, NewRest
 
 REST = np.arange(20.0).reshape(10, 2)
 
@@ -46,9 +46,9 @@ def test_it_is_not_set_where_markers_move_or_are_not_seen(step, found):
 
 WATCHES = """
 import sys, threading
-from afferents.lab.live.control import set_rest_when_asked
+from afferents.lab.live.control import set_rest_on_request
 asked = threading.Semaphore(0)
-with set_rest_when_asked(asked.release, sys.argv[1] == "lines"):
+with set_rest_on_request(asked.release, sys.argv[1] == "lines"):
     print("ready", flush=True)
     for _ in range(2):
         asked.acquire()

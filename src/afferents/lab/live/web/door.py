@@ -1,59 +1,14 @@
-"""The door of the page: where it is, who comes in, and what goes wrong, in a line."""
+"""The door of the page: the address it listens at, and who may come in."""
 
 import ipaddress
-import logging
 import socket
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from afferents.choices import require_number
 from afferents.errors import InputError
 
-# What goes wrong in serving, told in a line: visitors must not fill a terminal or a disk.
-
-_LOGGERS = ("uvicorn.error", "asyncio")
-
-
-class _OneLine(logging.Handler):
-    """Tell the first error in a line, and no other."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.ERROR)  # what visitors do wrong are warnings
-        self._has_written = False
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if self._has_written:
-            return
-        self._has_written = True
-        what = record.getMessage().strip().partition("\n")[0]
-        error = record.exc_info[1] if record.exc_info else None
-        why = "" if error is None else f": {error!r}".replace("\n", " ")
-        sys.stderr.write(f"Page: {what}{why} (further ones like it are not printed)\n")
-        sys.stderr.flush()
-
-
-@contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Let the server and its event loop tell their first error in a line, and nothing else."""
-    handler = _OneLine()
-    before = {name: logging.getLogger(name).propagate for name in _LOGGERS}
-    for name in _LOGGERS:
-        logging.getLogger(name).addHandler(handler)
-        logging.getLogger(name).propagate = False
-    try:
-        yield
-    finally:
-        for name, propagate in before.items():
-            logging.getLogger(name).removeHandler(handler)
-            logging.getLogger(name).propagate = propagate
-
-
-# The door: where it is, and who comes in.
-
 LEAST_TOKEN = 8
 _SEND_BUFFER = 1 << 18
-"""What the system holds back for a visitor who is slow, bytes; else megabytes, of old pictures."""
+"""What the system holds back for a slow visitor, bytes; else megabytes, of old pictures."""
 
 
 def open_door(host: str, port: int) -> socket.socket:
@@ -95,7 +50,7 @@ def check_address(host: str, token: str | None) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether only this machine reaches an address."""
+    """Return whether only this machine reaches an address."""
     if host == "localhost":
         return True
     try:
