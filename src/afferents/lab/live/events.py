@@ -27,22 +27,20 @@ class CameraFrame(NamedTuple):
     arrived_s
         When it lay decoded in memory, on this machine's monotonic clock, s.
     torn
-        Whether the decoder says that part of it is missing.
+        Whether the decoder reports that part of it is missing.
+    channel
+        Where it comes from.
     """
 
     frame: Frame
     arrived_s: float
     torn: bool = False
+    channel: Channel = "video"
 
     @property
     def time_s(self) -> float:
         """When it was taken, on the camera's clock, s."""
         return self.frame.time_s
-
-    @property
-    def channel(self) -> Channel:
-        """Where it comes from."""
-        return "video"
 
 
 class Sound(NamedTuple):
@@ -56,16 +54,14 @@ class Sound(NamedTuple):
         (n, channel), float32.
     arrived_s
         When they came, on this machine's monotonic clock, s.
+    channel
+        Where they come from.
     """
 
     time_s: float
     samples: NDArray[np.float32]
     arrived_s: float
-
-    @property
-    def channel(self) -> Channel:
-        """Where it comes from."""
-        return "audio"
+    channel: Channel = "audio"
 
 
 class Trouble(NamedTuple):

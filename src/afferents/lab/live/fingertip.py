@@ -3,26 +3,15 @@
 import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live.events import (
-    BOTH,
-    Begin,
-    CameraFrame,
-    Channel,
-    Event,
-    Sound,
-    Source,
-    Trouble,
-    Wanted,
-    require_finite,
-)
+from afferents.lab.live import events
 from afferents.lab.live.follower import Follower
 from afferents.lab.live.mailbox import Mailbox, take_in_order
 from afferents.lab.live.sensor_stream import JUMP_S, LATE_S
@@ -35,7 +24,7 @@ MOST_SOUND_S = 5.0
 """Sound that waits for a frame is kept for this time."""
 
 
-class Fingertip:
+class Fingertip(AbstractContextManager["Fingertip", None]):
     """Gives a `Touch` for each frame of a running camera, clip or rig; see `stream`.
 
     Parameters
@@ -56,7 +45,7 @@ class Fingertip:
     """
 
     def __init__(
-        self, sources: Sequence[Source], sensor: Sensor | None, audio_offset_s: float = 0.0
+        self, sources: Sequence[events.Source], sensor: Sensor | None, audio_offset_s: float = 0.0
     ) -> None:
         """Wait for the first frame, with the skin at rest."""
         self._sources = sources
@@ -72,9 +61,6 @@ class Fingertip:
     def sensor(self) -> Sensor | None:
         """Which is followed; None until its markers are found, if it was not given."""
         return self._follower.sensor
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
         self.close()
@@ -96,7 +82,7 @@ class Fingertip:
             If the first frames don't show the sensor's markers.
         """
         for event in self._take_events():
-            if isinstance(event, Sound):
+            if isinstance(event, events.Sound):
                 self._listen(event)
                 continue
             for _, touch in self._follow(event):
@@ -114,7 +100,7 @@ class Fingertip:
         """
         self._follower.set_rest()
 
-    def _take_events(self) -> Iterator[Event]:
+    def _take_events(self) -> Iterator[events.Event]:
         """Yield what the sources give, and that the video ends."""
         if any(math.isfinite(source.speed) for source in self._sources):
             mailbox = Mailbox()
@@ -123,17 +109,17 @@ class Fingertip:
             yield from (event for event in mailbox.take(1.0) if event is not None)
         else:
             yield from take_in_order(self._sources, self._time_of)
-        yield Begin("video", math.nan)
+        yield events.Begin("video", math.nan)
 
-    def _follow(self, event: Event) -> Iterable[tuple[CameraFrame, Touch]]:
+    def _follow(self, event: events.Event) -> Iterable[tuple[events.CameraFrame, Touch]]:
         """Yield the touches of a frame, or of the first ones where the video ends."""
         follower = self._follower
-        if isinstance(event, CameraFrame):
+        if isinstance(event, events.CameraFrame):
             is_paced = math.isfinite(self._sources[0].speed)
             late = is_paced and time.monotonic() - event.arrived_s > LATE_S
             follower.counters.late += late
             yield from follower.feed(event, late) or ()
-        elif isinstance(event, Trouble):
+        elif isinstance(event, events.Trouble):
             follower.counters.troubles += 1
             follower.note(event.what)
             if event.channel == "video":
@@ -144,11 +130,11 @@ class Fingertip:
         else:
             self._sound_ends_s = None
 
-    def _time_of(self, event: Event) -> float:
+    def _time_of(self, event: events.Event) -> float:
         """Return when something was, s on the video's clock."""
         return event.time_s - (self._offset_s if event.channel == "audio" else 0.0)
 
-    def _listen(self, sound: Sound) -> None:
+    def _listen(self, sound: events.Sound) -> None:
         """Keep samples for the next frame."""
         assert self.sample_rate_hz is not None
         begin_s, n = self._time_of(sound), len(sound.samples)
@@ -212,10 +198,10 @@ def stream(
     >>> len(largest)
     35
     """
-    require_finite(audio_offset_s)
+    events.require_finite(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
     known = given or find_sensor(str(video), fps_hz=fps_hz)
-    channels: frozenset[Channel] = BOTH if audio is not None else frozenset({"video"})
-    wanted, sound = Wanted(channels, known, fps_hz), None if audio is None else str(audio)
+    channels: frozenset[events.Channel] = events.BOTH if audio is not None else frozenset({"video"})
+    wanted, sound = events.Wanted(channels, known, fps_hz), None if audio is None else str(audio)
     sources = open_sources(str(video), sound, wanted, speed, exposure_ms, fps_hz)
     return Fingertip(sources, known, audio_offset_s)

@@ -80,50 +80,40 @@ class Cadence:
         return periods
 
 
-class NewRest:
-    """Takes the next `REST_FRAMES` frames for the skin at rest, unless something moves in them."""
+def find_rest(
+    seen: Sequence[Positions], rest: NDArray[np.floating]
+) -> tuple[Positions | None, str]:
+    """Return where the skin is at rest, unless something moves in the frames that show it.
 
-    def __init__(self) -> None:
-        """Wait for the first of them."""
-        self._seen: list[Positions] = []
+    Parameters
+    ----------
+    seen
+        Of each frame: positions of the markers, (marker, space), px; NaN where lost.
+    rest
+        Where displacement counts from now, (marker, space), px.
 
-    def feed(
-        self, position: NDArray[np.floating], rest: NDArray[np.floating]
-    ) -> tuple[Positions | None, str] | None:
-        """Take in a frame; None before the last of them.
-
-        Parameters
-        ----------
-        position
-            Of the markers, (marker, space), px; NaN where lost.
-        rest
-            Where displacement counts from now, (marker, space), px.
-
-        Returns
-        -------
-        tuple
-            Where it counts from next: the median of the frames, and `rest` of markers that none of
-            them shows; None if it was not set. And that it was, or why not, in a sentence.
-        """
-        self._seen.append(np.asarray(position, np.float64))
-        if len(self._seen) < REST_FRAMES:
-            return None
-        places = np.array(self._seen)
-        seen = np.isfinite(places[..., 0]).any(axis=0)
-        found = "no markers"
-        if seen.any():
-            still = np.nanmedian(places[:, seen], axis=0)
-            moved = np.nanmax(np.hypot(*np.moveaxis(places[:, seen] - still, 2, 0)), axis=0)
-            moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
-            if moved_px <= MOVED_PX:
-                anew = np.array(rest, np.float64)
-                anew[seen] = still
-                return anew, "rest was set: displacement counts from here"
-            found = f"markers that move by {moved_px:.1f} px"
-        return None, (
-            f"rest was not set: expected a skin that stands still for {REST_FRAMES} frames, found "
-            f"{found}; let go, and set it again"
-        )
+    Returns
+    -------
+    tuple
+        Where it counts from next: the median of the frames, and `rest` of markers that none of
+        them shows; None if something moves. And that it was set, or why not, in a sentence.
+    """
+    places = np.array(seen)
+    shown = np.isfinite(places[..., 0]).any(axis=0)
+    found = "no markers"
+    if shown.any():
+        still = np.nanmedian(places[:, shown], axis=0)
+        moved = np.nanmax(np.hypot(*np.moveaxis(places[:, shown] - still, 2, 0)), axis=0)
+        moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
+        if moved_px <= MOVED_PX:
+            anew = np.array(rest, np.float64)
+            anew[shown] = still
+            return anew, "rest was set: displacement counts from here"
+        found = f"markers that move by {moved_px:.1f} px"
+    return None, (
+        f"rest was not set: expected a skin that stands still for {len(seen)} frames, found "
+        f"{found}; let go, and set it again"
+    )
 
 
 class _Waiting(NamedTuple):
@@ -168,7 +158,7 @@ class Follower:
         """Take the next frame for the first of a recording, with the skin at rest."""
         self._tracker: Tracker | Cells | None = None
         self._before: Skin | None = None
-        self._resting: NewRest | None = None
+        self._resting: list[Positions] | None = None
         self._first: list[_Waiting] = []
         self._events: list[str] = []
         self._n, self._follows, self._last_s = 0, True, math.nan
@@ -183,11 +173,11 @@ class Follower:
         self._events.append(what)
 
     def set_rest(self) -> None:
-        """Let displacement count from where the next frames show the markers; see `NewRest`.
+        """Let displacement count from where the next frames show the markers; see `find_rest`.
 
         Cells begin anew: the next frames are their picture at rest.
         """
-        self._resting = NewRest()
+        self._resting = []
 
     def describe(self) -> str:
         """Return in a sentence which sensor is followed, or that none is found."""
@@ -291,13 +281,14 @@ class Follower:
         now = Skin(upright(seen.position, self.sensor), self._rest, grey=seen.grey)
         before, step_s = self._before if follows else None, picture.time_s - self._last_s
         self._before, self._last_s = now, picture.time_s
-        resting = None if now.grey is not None else self._resting  # cells: see `feed`
-        if resting is not None and (done := resting.feed(now.position, now.rest)):
-            (rest, what), self._resting = done, None
-            self._events.append(what)
-            if rest is not None:
-                self._rest, before = rest, None
-                self._before = now = Skin(now.position, rest)
+        if self._resting is not None and now.grey is None:  # cells: see `feed`
+            self._resting.append(np.asarray(now.position, np.float64))
+            if len(self._resting) == REST_FRAMES:
+                (rest, what), self._resting = find_rest(self._resting, now.rest), None
+                self._events.append(what)
+                if rest is not None:
+                    self._rest, before = rest, None
+                    self._before = now = Skin(now.position, rest)
         events, self._events = tuple(self._events), []
         counters = Counters(**vars(self.counters))
         return Touch(

@@ -26,9 +26,9 @@ from afferents.files import PARTIAL_PREFIX, holds_only, naming, remove, write_js
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import REST_FRAMES
-from afferents.lab.live.images import Filled, Image
 from afferents.lab.live.network import Outcome
 from afferents.lab.live.reporters import ModelReporter
+from afferents.lab.live.touch import Filled, Response
 from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
@@ -81,7 +81,7 @@ class TaughtNetwork:
         """Return in sentences what was taught, and how far it was tested."""
         return self._sentences
 
-    def predict(self, sample: Image) -> Outcome | None:
+    def predict(self, sample: Response) -> Outcome | None:
         """Return what an image (component, row, column) and those before it are; see `Network`."""
         run = self._stream.feed(sample)
         return None if run is None else Outcome(*self._taught.ask(run))
@@ -114,7 +114,7 @@ class _Lesson:
         self.begins_s = self.touched_s = begins_s
         self.period_s = 1 / fps_hz
         self.zero_s = begins_s - len(at_rest) * self.period_s
-        self.runs: list[tuple[float, float, Image]] = []
+        self.runs: list[tuple[float, float, Response]] = []
         """Start and end, s, and sample of each run of frames."""
         self._frames = SOURCE.encoding.stream(SOURCE.channel.lookback)
         self._since_s, self._n_off, self._rate_hz = math.nan, 0, sample_rate_hz
@@ -149,7 +149,7 @@ class _Lesson:
                 self._since_s = math.nan
         return self._n_off < REST_FRAMES and time_s < self.begins_s + MOST_S
 
-    def hear(self, time_s: float, samples: Image) -> None:
+    def hear(self, time_s: float, samples: Response) -> None:
         """Take in sound, (n, 1), at its place; silence stands where some is missing."""
         if self._sound is None or self._rate_hz is None:
             return
@@ -242,15 +242,10 @@ class Lessons:
             self._samples.append(samples.drop_vars((dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)))
 
     def _solve(self) -> None:
-        encoding = SOURCE.encoding
-        taught = solve_taught(concatenate(self._samples), encoding) if self._samples else Taught()
-        self.network = TaughtNetwork(taught, self._describe(taught))
-        if self.reporter is not None:
-            self.reporter.use(self.network)
-
-    def _describe(self, taught: Taught) -> list[str]:
-        """Return how long and how often each texture was taught, and what is not known."""
-        sentences, at_two = [], []
+        """Solve the classifier anew, and describe how long each texture was taught."""
+        taught, sentences, at_two = Taught(), [], []
+        if self._samples:
+            taught = solve_taught(concatenate(self._samples), SOURCE.encoding)
         for texture in taught.textures:
             its = [one for one in self._content["recordings"] if one["texture"] == texture]
             lasted_s = sum(stop - start for start, stop in (one["steady_s"] for one in its))
@@ -267,7 +262,9 @@ class Lessons:
                 "Nothing is known of other speeds: teach each at a second one and give both, or "
                 "record others and evaluate them."
             )
-        return sentences
+        self.network = TaughtNetwork(taught, sentences)
+        if self.reporter is not None:
+            self.reporter.use(self.network)
 
     def start(self, name: str, speed: float | str = "") -> None:
         """Let the touch that goes on, or the next, be a lesson.
@@ -353,7 +350,7 @@ class Lessons:
         if self._ending or not goes_on:
             self.end()
 
-    def hear(self, time_s: float, samples: Image) -> None:
+    def hear(self, time_s: float, samples: Response) -> None:
         """Take in sound, (n, channel), the first sample taken at a time on the video's clock, s."""
         if self._lesson is not None:
             try:
@@ -406,18 +403,17 @@ class Lessons:
         of_sample, times = SOURCE.encoding.sample_dims, (np.array(first), np.array(last))
         self._samples.append(make_samples(np.stack(runs), of_sample, *times, labels))
         self._solve()
-        self._requested, self._lesson, self._ending = None, None, False
         again = f", the touch of number {n}" if n > 1 else ""
-        self._tell(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
+        self._stand_by(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
 
     def _forget(self, why: str) -> None:
         """Let a lesson be none, and report why."""
         name = self._requested[0] if self._requested else ""
-        self._requested, self._lesson, self._ending = None, None, False
         remove(self._partial)
-        self._tell(f"'{name}' was not learnt: {why}")
+        self._stand_by(f"'{name}' was not learnt: {why}")
 
-    def _tell(self, what: str) -> None:
-        self._last = what
+    def _stand_by(self, what: str) -> None:
+        """Wait for the next lesson, and report what became of the last."""
+        self._requested, self._lesson, self._ending, self._last = None, None, False, what
         if self.reporter is not None:
             self.reporter.note(what)

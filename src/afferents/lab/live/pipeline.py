@@ -8,21 +8,12 @@ from typing import TYPE_CHECKING, Self
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
+from afferents.lab.live import events
 from afferents.lab.live.audio_stream import AudioStream
-from afferents.lab.live.events import (
-    Begin,
-    Channel,
-    Event,
-    Source,
-    Trouble,
-    Wanted,
-    let_go,
-    require_finite,
-)
 from afferents.lab.live.mailbox import Mailbox, take_in_order
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.raster import MarkerRaster, Trains, VibrationRaster
+from afferents.lab.live.raster import MarkerRaster, Trains, VibrationRaster, compile_units
 from afferents.lab.live.reporters import Reporter
 from afferents.lab.live.sensor_stream import SILENT_S, SensorStream
 from afferents.lab.live.video_stream import VideoStream
@@ -50,7 +41,7 @@ class LivePipeline:
         """Prepare for the first frame and the first sample."""
         self.video, self.audio = video, audio
         self.lessons: Lessons | None = None
-        both: dict[Channel, SensorStream | None] = {"video": video, "audio": audio}
+        both: dict[events.Channel, SensorStream | None] = {"video": video, "audio": audio}
         self.by_channel = {channel: one for channel, one in both.items() if one is not None}
 
     @classmethod
@@ -70,7 +61,7 @@ class LivePipeline:
             If there is none, two learnt from different sensors, rates or spectra, or the offset is
             no finite number.
         """
-        require_finite(audio_offset_s)
+        events.require_finite(audio_offset_s)
         if not networks:
             raise InputError("--model: expected at least one model, found none")
         names = [network.card.model for network in networks]
@@ -87,7 +78,7 @@ class LivePipeline:
     @classmethod
     def without_models(
         cls,
-        sources: Sequence[Source],
+        sources: Sequence[events.Source],
         sensor: Sensor | None = None,
         audio_offset_s: float = 0.0,
     ) -> Self:
@@ -108,8 +99,8 @@ class LivePipeline:
             If there is no source, its sound has too few samples a second for a spectrum, or the
             offset is no finite number.
         """
-        require_finite(audio_offset_s)
-        rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
+        events.require_finite(audio_offset_s)
+        rates: dict[events.Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
                 "--video: expected a source to look at, such as camera:0, a video file or rig, "
@@ -131,19 +122,19 @@ class LivePipeline:
         return cls(video, audio)
 
     @property
-    def wanted(self) -> Wanted:
+    def wanted(self) -> events.Wanted:
         """What is needed of sources."""
         video, audio = self.video, self.audio
-        return Wanted(
+        return events.Wanted(
             frozenset(self.by_channel),
             sensor=video.follower.sensor if video else None,
             fps_hz=video.rate_hz if video else None,
-            sample_rate_hz=audio.rate_hz if audio else Wanted.sample_rate_hz,
-            n_channels=audio.n_channels if audio else Wanted.n_channels,
+            sample_rate_hz=audio.rate_hz if audio else events.Wanted.sample_rate_hz,
+            n_channels=audio.n_channels if audio else events.Wanted.n_channels,
         )
 
     @property
-    def reporters(self) -> Sequence[tuple[Channel, Reporter]]:
+    def reporters(self) -> Sequence[tuple[events.Channel, Reporter]]:
         """What reports predictions, and of which channel."""
         return [
             (channel, reporter)
@@ -181,6 +172,7 @@ class LivePipeline:
 
     def show_spikes(self) -> None:
         """From now on simulate units that the responses drive, for `trains`."""
+        compile_units()
         if self.video is not None:
             self.video.raster = MarkerRaster()
         if self.audio is not None:
@@ -190,7 +182,7 @@ class LivePipeline:
         """Return which units fired in the last second, a class after the other."""
         return [train for one in self.by_channel.values() for train in one.raster.trains()]
 
-    def feed(self, event: Event) -> Iterator[Prediction]:
+    def feed(self, event: events.Event) -> Iterator[Prediction]:
         """Take in an event, and yield what is predicted.
 
         No prediction waits for quality and spikes: they are worked out after the last of them, so
@@ -199,17 +191,17 @@ class LivePipeline:
         stream = self.by_channel.get(event.channel)
         if stream is None:
             return
-        if isinstance(event, Begin):
+        if isinstance(event, events.Begin):
             yield from stream.end()
             stream.begin(event)
-        elif isinstance(event, Trouble):
+        elif isinstance(event, events.Trouble):
             yield from stream.interrupt(event)
         else:
             yield from stream.feed(event)
 
 
 def stream(
-    sources: Sequence[Source], models: Model | Sequence[Model], audio_offset_s: float = 0.0
+    sources: Sequence[events.Source], models: Model | Sequence[Model], audio_offset_s: float = 0.0
 ) -> Iterator[Prediction]:
     """Classify with models as sources run; ends when all sources have ended.
 
@@ -239,16 +231,16 @@ def stream(
         If a model has no source, or one of another rate.
     """
     several = [models] if isinstance(models, str | Path | Network) else models
-    with let_go(sources):
+    with events.let_go(sources):
         networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
         yield from run(sources, LivePipeline.with_models(networks, audio_offset_s))
 
 
-def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Prediction]:
+def run(sources: Sequence[events.Source], pipeline: LivePipeline) -> Iterator[Prediction]:
     """Feed sources to a pipeline; see `stream`."""
     used = [source for source in sources if source.channel in pipeline.by_channel]
     streams = pipeline.by_channel
-    with let_go(sources):
+    with events.let_go(sources):
         check_sources(sources, pipeline)
         for source in used:
             streams[source.channel].start(source.speed)
@@ -272,7 +264,7 @@ def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Predictio
             yield from (reporter.predict("waiting", stream.now_s) for reporter in silent)
 
 
-def check_sources(sources: Sequence[Source], pipeline: LivePipeline) -> None:
+def check_sources(sources: Sequence[events.Source], pipeline: LivePipeline) -> None:
     """Refuse sources that don't go with the pipeline.
 
     Raises

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.dims import SA1
 from afferents.lab.live.events import CameraFrame, Sound
-from afferents.lab.live.images import Filled
-from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE
+from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Filled
 from afferents.markers.detect import spacing_px, without_shine
 from afferents.markers.sensor import Sensor
 from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels

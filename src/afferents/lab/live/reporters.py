@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live.images import Filled
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Counters, Prediction, State
 from afferents.lab.live.quality import Quality
+from afferents.lab.live.touch import Filled
 from afferents.models.evidence import SURE, EvidenceAccumulator
 
 if TYPE_CHECKING:  # what learns is slow to import

@@ -8,13 +8,12 @@ from afferents.documents import as_form
 from afferents.errors import InputError
 from afferents.lab.live.events import Begin, CameraFrame, Event, Trouble
 from afferents.lab.live.follower import MISSING, Follower
-from afferents.lab.live.images import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.quality import VideoQuality
 from afferents.lab.live.reporters import ModelReporter
 from afferents.lab.live.sensor_stream import SensorStream, require_alike
-from afferents.lab.live.touch import Touch
+from afferents.lab.live.touch import SHOWN, Filled, Filling, Touch, require_places
 from afferents.markers.sensor import Sensor
 
 if TYPE_CHECKING:  # what learns is slow to import

@@ -15,8 +15,8 @@ from afferents.lab.devices.picture import picture_of
 from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.images import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.sensors import make_sound
+from afferents.lab.live.touch import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.lab.recorder.watch import Watch
 from afferents.markers.sensor import Sensor

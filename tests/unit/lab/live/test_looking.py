@@ -23,10 +23,9 @@ from afferents.lab.live import (
     open_sources,
     run,
 )
-from afferents.lab.live.images import Filled
 from afferents.lab.live.prediction import Counters, Newest, Prediction
 from afferents.lab.live.terminal import Screen
-from afferents.lab.live.touch import Touch
+from afferents.lab.live.touch import Filled, Touch
 from afferents.lab.live.web.snapshot import LOST, Snapshots, draw_image
 from afferents.markers.grid import Grid
 from afferents.markers.places import covered, image_places

@@ -9,10 +9,9 @@ import pytest
 from afferents.channels import Skin
 from afferents.lab.live import Begin, LivePipeline, Sound
 from afferents.lab.live.events import Trouble
-from afferents.lab.live.images import Filled
 from afferents.lab.live.prediction import Counters
 from afferents.lab.live.raster import MarkerRaster, VibrationRaster
-from afferents.lab.live.touch import Touch
+from afferents.lab.live.touch import Filled, Touch
 from afferents.lab.live.web.snapshot import Snapshots
 from afferents.spikes.artificial import artificial_spikes
 

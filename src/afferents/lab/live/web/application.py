@@ -2,6 +2,7 @@
 
 import asyncio
 import hmac
+import ipaddress
 import json
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -11,7 +12,6 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from afferents.errors import InputError
-from afferents.lab.live.web.door import is_loopback
 from afferents.lab.live.web.snapshot import Shown
 
 PAGE = Path(str(files("afferents.lab.live.web"))) / "page"
@@ -118,4 +118,14 @@ def _is_same_origin(visitor: Any) -> bool:
     try:
         return origin is None or urlsplit(origin).netloc == visitor.headers.get("host")
     except ValueError:  # no address at all
+        return False
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine reaches an address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
         return False

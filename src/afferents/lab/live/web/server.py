@@ -1,6 +1,7 @@
 """Serving the page while a command runs: predictions, or whatever else is shown."""
 
 import logging
+import socket
 import sys
 import threading
 import time
@@ -11,10 +12,11 @@ from types import MappingProxyType
 from typing import Any
 from urllib.parse import quote
 
+from afferents.choices import require_number
+from afferents.errors import InputError
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.web.application import Request, make_application
-from afferents.lab.live.web.door import check_address, open_door
+from afferents.lab.live.web.application import Request, is_loopback, make_application
 from afferents.lab.live.web.snapshot import Shown, Snapshots
 from afferents.plugins import import_extra
 
@@ -22,6 +24,9 @@ WAITING_S = 0.5
 """A page that has nothing new to come sleeps for this time."""
 CLOSING_S = 0.5
 """Visitors have this time to get what was sent last."""
+LEAST_TOKEN = 8
+_SEND_BUFFER = 1 << 18
+"""What the system holds back for a slow visitor, bytes; else megabytes, of old pictures."""
 _LOGGERS = ("uvicorn.error", "asyncio")
 
 
@@ -147,6 +152,44 @@ def serve_page(
             time.sleep(CLOSING_S)
             server.should_exit = True
             thread.join(CLOSING_S + 2.0)
+
+
+def open_door(host: str, port: int) -> socket.socket:
+    """Listen at an address.
+
+    Raises
+    ------
+    InputError
+        If it is taken, not this machine's, or no port.
+    """
+    require_number("--port", port, 0, 65535)
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        door = socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise InputError(
+            f"--port {port}: expected an address of this machine that is free, {host}, found "
+            f"{error.strerror or error!s}; take another --port"
+        ) from error
+    door.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)  # visitors inherit it
+    return door
+
+
+def check_address(host: str, token: str | None) -> None:
+    """Refuse to show a lab to the network by accident.
+
+    Raises
+    ------
+    InputError
+        If others could reach the page without a token, or the token is too short.
+    """
+    if token is not None and len(token) < LEAST_TOKEN:
+        raise InputError(f"--token: expected at least {LEAST_TOKEN} characters, found {len(token)}")
+    if not is_loopback(host) and token is None:
+        raise InputError(
+            f"--host: expected this machine's own address without --token, found {host}; add "
+            "--token WORD, which visitors must give"
+        )
 
 
 class _OneLine(logging.Handler):

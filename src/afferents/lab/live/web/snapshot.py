@@ -14,9 +14,9 @@ import numpy as np
 from afferents.dims import RA1, SA1
 from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
-from afferents.lab.live.images import Filled
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest
+from afferents.lab.live.touch import Filled
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
 
@@ -99,8 +99,9 @@ class Snapshots(Shown, Newest):
 
     def state(self) -> dict[str, Any]:
         """Return the newest of everything but the picture."""
-        now_s, lessons = time.monotonic(), self._pipeline.lessons
-        return {
+        now_s, pipeline = time.monotonic(), self._pipeline
+        video, audio, lessons = pipeline.video, pipeline.audio, pipeline.lessons
+        content: dict[str, Any] = {
             "type": "state",
             "ended": self.ended,
             "repeats": self.repeats,
@@ -108,40 +109,35 @@ class Snapshots(Shown, Newest):
                 {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
                 for prediction, taken_s in list(self.predictions.values())
             ],
-            "video": self._video(),
-            "audio": self._audio(),
+            "video": None,
+            "audio": None,
             "lessons": lessons and lessons.state(),
-            "spikes": [trains.to_dict() for trains in self._pipeline.trains()],
+            "spikes": [trains.to_dict() for trains in pipeline.trains()],
         }
-
-    def _video(self) -> dict[str, Any] | None:
-        video = self._pipeline.video
-        if video is None:
-            return None
-        newest, picture, sensor = video.newest, video.picture, video.follower.sensor
-        content: dict[str, Any] = {
-            "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
-            "sensor": video.follower.describe(),
-            "quality": [figure._asdict() for figure in video.quality.figures()],
-            "masks": [] if sensor is None else sensor.picture.masks,
-        }
-        if newest is not None and picture is not None:
-            content |= {"size": picture.frame.luma.shape[::-1], **draw_markers(newest)}
+        if video is not None:
+            newest, picture, sensor = video.newest, video.picture, video.follower.sensor
+            content["video"] = {
+                "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
+                "sensor": video.follower.describe(),
+                "quality": [figure._asdict() for figure in video.quality.figures()],
+                "masks": [] if sensor is None else sensor.picture.masks,
+            }
+            if newest is not None and picture is not None:
+                size = picture.frame.luma.shape[::-1]
+                content["video"] |= {"size": size, **draw_markers(newest)}
+        if audio is not None:
+            content["audio"] = {
+                "rate_hz": round(audio.rate_hz),
+                "quality": [figure._asdict() for figure in audio.quality.figures()],
+                **draw_spectrum(audio),
+            }
         return content
-
-    def _audio(self) -> dict[str, Any] | None:
-        audio = self._pipeline.audio
-        if audio is None:
-            return None
-        quality = [figure._asdict() for figure in audio.quality.figures()]
-        return {"rate_hz": round(audio.rate_hz), "quality": quality, **draw_spectrum(audio)}
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
-        video = self._pipeline.video
-        if video is None or video.picture is None:
+        picture = None if self._pipeline.video is None else self._pipeline.video.picture
+        if picture is None:
             return None
-        picture = video.picture
         if picture is not self._encoded[0]:
             options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
             _, encoded = cv2.imencode(".jpg", picture.frame.image, options)
