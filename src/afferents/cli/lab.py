@@ -165,7 +165,7 @@ def live(
 
     On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
     a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are. Exported models
-    say which texture they recognise. With --signals it gives the numbers to whoever wants them.
+    say which texture they recognise. With --signals it gives out the numbers.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ def set_rest_on_request(
 
             before = termios.tcgetattr(sys.stdin)
             restoring.callback(termios.tcsetattr, sys.stdin, termios.TCSADRAIN, before)
-            tty.setcbreak(sys.stdin)  # keys come at once; Ctrl-C stops as ever
+            tty.setcbreak(sys.stdin)  # keys come at once; Ctrl-C stops as before
         if is_terminal or lines:
             take = take_lines if lines else take_keys
             threading.Thread(target=take, name="afferents-control", daemon=True).start()

@@ -107,7 +107,7 @@ def give_out(
     ------
     InputError
         As `pipeline.run`; if packages are missing, or the page can't be served there; without a
-        page, if the sources end and nothing was ever known, as of another sensor's clip.
+        page, if the sources end and nothing was ever known, as with another sensor's clip.
     """
     is_fresh, trouble = False, SHORT
 

@@ -29,7 +29,7 @@ MANY_LOST = 0.05
 REPEATS = 180
 """Frames in a row that are looked at for repeats."""
 STILL_S, STILL_PX = 3.0, 0.1
-"""Markers that stay as far from rest as they are, within this, for so long stand still;"""
+"""Markers whose distance from rest stays the same, within this, for this time stand still;"""
 MOST_OFF_PX = 1.5
 """and where they are no farther off, rest may have moved: a touch moves some of them more."""
 
@@ -161,6 +161,7 @@ class VideoQuality(Quality):
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 
     def _measure(self) -> dict[str, float]:
+        """Return the numbers; NaN for those that are not known."""
         span_s = self._seen[-1][0] - self._seen[0][0]
         numbers = {"fps_hz": (len(self._seen) - 1) / span_s if span_s > 0 else math.nan}
         detected = [found for _, found in self._seen if found is not None]

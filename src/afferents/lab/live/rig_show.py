@@ -59,10 +59,11 @@ class RigShow:
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
         self._rig = (rig or Rig()).printed(seed)
-        self._folder = tempfile.TemporaryDirectory(
+        self._kept = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )
-        # Ctrl-C is for the one who started it all.
+        self.folder = Path(self._kept.name)
+        # Ctrl-C is for the process that started it all.
         ignore = (signal.SIGINT, signal.SIG_IGN)
         with stop_later():  # a process that has half begun would complain
             self._process = multiprocessing.get_context("spawn").Pool(1, signal.signal, ignore)
@@ -87,11 +88,11 @@ class RigShow:
         with self._lock:
             for n in (number, number + 1):
                 if n not in self._runs:
-                    run = self._folder_of(n), *self.draw(n), self._run_s, self._seed, n + 1
+                    run = self.folder / f"{n}", *self.draw(n), self._run_s, self._seed, n + 1
                     self._runs[n] = self._process.apply_async(_record_run, (self._rig, *run))
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
-                shutil.rmtree(self._folder_of(old), ignore_errors=True)
+                shutil.rmtree(self.folder / f"{old}", ignore_errors=True)
             recorded = self._runs[number]
         while not recorded.ready():
             if self.pace.closed.is_set():
@@ -108,10 +109,7 @@ class RigShow:
         """Stop, and remove what was recorded."""
         self.pace.closed.set()
         self._process.terminate()
-        self._folder.cleanup()
-
-    def _folder_of(self, number: int) -> Path:
-        return Path(self._folder.name) / f"{number}"
+        self._kept.cleanup()
 
 
 def _record_run(

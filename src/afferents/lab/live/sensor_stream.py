@@ -118,7 +118,7 @@ class SensorStream(ABC):
         return [reporter.predict(state, self.now_s) for reporter in self.reporters]
 
     def break_silence(self, last_s: float | None) -> list[Prediction]:
-        """Return what is to be reported where nothing was for long: nothing old passes as fresh.
+        """Return a report where there was none for long, so that nothing old passes as fresh.
 
         Parameters
         ----------

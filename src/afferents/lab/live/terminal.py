@@ -62,7 +62,7 @@ class Screen(Newest):
     Parameters
     ----------
     pipeline
-        Fed by whoever gives the predictions.
+        That makes the predictions.
     """
 
     def __init__(self, pipeline: LivePipeline) -> None:
@@ -94,7 +94,8 @@ class Screen(Newest):
         parts.append(Text(" · ").join(values))
         parts += [Text(f.issue, style="yellow") for f in figures if f.issue]
         for prediction in latest:
-            line = f"{prediction.model}: {prediction.state}{_describe_truth(prediction)}"
+            line = f"{prediction.model}: {prediction.state}"
+            line += f" (it is {prediction.truth})" if prediction.truth else ""
             faults = describe_faults(prediction)
             parts.append(Text(f"{line}, {faults}" if faults else line, style="dim"))
         return Group(*parts)
@@ -112,10 +113,6 @@ def describe_faults(prediction: Prediction) -> str:
     return ", ".join([*parts, *prediction.troubles])
 
 
-def _describe_truth(prediction: Prediction) -> str:
-    return f" (it is {prediction.truth})" if prediction.truth else ""
-
-
 def _draw_bars(prediction: Prediction, most_sure: float) -> RenderableType:
     """Return a model's evidence as bars."""
     after_s, evidence = prediction.sure_after_s, prediction.evidence
@@ -123,7 +120,8 @@ def _draw_bars(prediction: Prediction, most_sure: float) -> RenderableType:
     if after_s is not None and after_s < _AT_ONCE_S:
         sure = ", sure at once"
     state = (prediction.fresh and prediction.texture) or prediction.state
-    title = Text(f"{prediction.model}: {state}{sure}{_describe_truth(prediction)}")
+    truth = f" (it is {prediction.truth})" if prediction.truth else ""
+    title = Text(f"{prediction.model}: {state}{sure}{truth}")
     table = Table(box=None, show_header=False, title=title, title_justify="left")
     likeliest = sorted(evidence, key=evidence.__getitem__, reverse=True)[:_MOST]
     for texture in evidence:

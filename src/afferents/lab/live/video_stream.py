@@ -147,7 +147,8 @@ class VideoStream(SensorStream):
         self.now_s = touch.time_s + 1 / self.rate_hz
         filled = Filled(touch, self._filling.feed(touch, self._channels))
         for reporter in self.reporters:
-            reporter.note(*touch.events)
+            if touch.events:
+                reporter.note(*touch.events)
             found = reporter.report_touch(
                 filled, self.now_s, self.every_s, picture.arrived_s, is_late
             )

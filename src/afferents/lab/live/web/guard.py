@@ -30,7 +30,7 @@ class TimedConnection(H11Protocol):
     """A connection for one request, answered in time or cut off.
 
     uvicorn's own limits begin with a whole request. One limit for the whole of it bounds a head
-    that comes a byte a second, a body without end, an answer that nobody takes, and a connection
+    that comes a byte a second, a body without end, an answer that is not taken, and a connection
     on which nothing is sent at all.
 
     Parameters
@@ -42,7 +42,7 @@ class TimedConnection(H11Protocol):
     """
 
     def __init__(self, places: int, answered_s: float, **uvicorns: Any) -> None:
-        """Nobody is there yet."""
+        """No visitor is there yet."""
         super().__init__(**uvicorns)
         self._places, self._answered_s = places, answered_s
 

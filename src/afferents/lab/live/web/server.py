@@ -26,7 +26,7 @@ CLOSING_S = 0.5
 """Visitors have this time to get what was sent last."""
 LEAST_TOKEN = 8
 _SEND_BUFFER = 1 << 18
-"""What the system holds back for a slow visitor, bytes; else megabytes, of old pictures."""
+"""Bytes that the system buffers for a slow visitor; its default is megabytes of old pictures."""
 _LOGGERS = ("uvicorn.error", "asyncio")
 
 

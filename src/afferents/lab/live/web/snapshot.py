@@ -35,7 +35,7 @@ class Shown(ABC):
     Attributes
     ----------
     fresh_s
-        What is drawn up serves all visitors for so long.
+        What is drawn up serves all visitors for this time.
     """
 
     fresh_s: float
