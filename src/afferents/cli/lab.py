@@ -222,7 +222,7 @@ def live(
     from afferents.choices import speed_factor
     from afferents.lab.live import LivePipeline, Network, Wanted, find_sensor, open_sources
     from afferents.lab.live.control import set_rest_on_request
-    from afferents.lab.live.events import let_go
+    from afferents.lab.live.events import close_afterwards
     from afferents.lab.live.fingertip import stream
     from afferents.lab.live.outlets import give_out
     from afferents.lab.live.places import prepare_places
@@ -286,7 +286,7 @@ def live(
         wanted = Wanted(sensor=known, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, known, offset_s)
-    with let_go(sources):
+    with close_afterwards(sources):
         if learn is not None:
             pipeline.learn(learn, (video or "").startswith("rig"))
         greeting = {"name": name, "beside": {one: int(port) for one, port in pages.items()}}

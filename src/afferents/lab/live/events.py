@@ -111,7 +111,7 @@ class Source(Protocol):
 
 
 @contextmanager
-def let_go(sources: Iterable[Source]) -> Iterator[None]:
+def close_afterwards(sources: Iterable[Source]) -> Iterator[None]:
     """Close sources afterwards, whatever happens."""
     try:
         yield
@@ -143,7 +143,7 @@ class Wanted:
     n_channels: int = 1
 
 
-def require_finite(offset_s: float) -> None:
+def require_offset(offset_s: float) -> None:
     """Refuse an offset of the microphone's clock, s, that is no finite number.
 
     Raises

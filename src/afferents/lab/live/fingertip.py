@@ -198,7 +198,7 @@ def stream(
     >>> len(largest)
     35
     """
-    events.require_finite(audio_offset_s)
+    events.require_offset(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
     known = given or find_sensor(str(video), fps_hz=fps_hz)
     channels: frozenset[events.Channel] = events.BOTH if audio is not None else frozenset({"video"})

@@ -7,7 +7,7 @@ from typing import Any
 
 from afferents.errors import InputError
 from afferents.lab.live.control import set_rest_on_request
-from afferents.lab.live.events import Begin, Source, let_go
+from afferents.lab.live.events import Begin, Source, close_afterwards
 from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.replay import Played
@@ -134,7 +134,8 @@ def give_out(
         return give()
 
     recorded = [source for source in sources if isinstance(source, Played)]
-    with let_go(sources), set_rest_on_request(pipeline.set_rest, control, pipeline.lessons):
+    listening = set_rest_on_request(pipeline.set_rest, control, pipeline.lessons)
+    with close_afterwards(sources), listening:
         check_sources(sources, pipeline)  # before anything is opened for the predictions
         if web is not None:
             from afferents.lab.live.web.server import serve
@@ -147,5 +148,5 @@ def give_out(
                 pass
         else:
             show(give(), pipeline)
-        if not is_fresh:
+        if web is None and not is_fresh:
             raise InputError(trouble)

@@ -61,7 +61,7 @@ class LivePipeline:
             If there is none, two learnt from different sensors, rates or spectra, or the offset is
             no finite number.
         """
-        events.require_finite(audio_offset_s)
+        events.require_offset(audio_offset_s)
         if not networks:
             raise InputError("--model: expected at least one model, found none")
         names = [network.card.model for network in networks]
@@ -99,7 +99,7 @@ class LivePipeline:
             If there is no source, its sound has too few samples a second for a spectrum, or the
             offset is no finite number.
         """
-        events.require_finite(audio_offset_s)
+        events.require_offset(audio_offset_s)
         rates: dict[events.Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
@@ -231,7 +231,7 @@ def stream(
         If a model has no source, or one of another rate.
     """
     several = [models] if isinstance(models, str | Path | Network) else models
-    with events.let_go(sources):
+    with events.close_afterwards(sources):
         networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
         yield from run(sources, LivePipeline.with_models(networks, audio_offset_s))
 
@@ -240,7 +240,7 @@ def run(sources: Sequence[events.Source], pipeline: LivePipeline) -> Iterator[Pr
     """Feed sources to a pipeline; see `stream`."""
     used = [source for source in sources if source.channel in pipeline.by_channel]
     streams = pipeline.by_channel
-    with events.let_go(sources):
+    with events.close_afterwards(sources):
         check_sources(sources, pipeline)
         for source in used:
             streams[source.channel].start(source.speed)

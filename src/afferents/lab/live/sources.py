@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.lab.live.events import Source, Wanted, let_go
+from afferents.lab.live.events import Source, Wanted, close_afterwards
 from afferents.lab.live.follower import FOUND
 from afferents.lab.live.replay import Pace, ReplayedSound, ReplayedVideo, require_recording
 from afferents.lab.live.rig_show import RigShow, RigSound, RigVideo
@@ -90,7 +90,7 @@ def open_sources(
             else:
                 raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'{_GONE}")
     except BaseException:
-        with let_go(opened):
+        with close_afterwards(opened):
             raise
     return opened
 
