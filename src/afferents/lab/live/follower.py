@@ -281,10 +281,11 @@ class Follower:
         now = Skin(upright(seen.position, self.sensor), self._rest, grey=seen.grey)
         before, step_s = self._before if follows else None, picture.time_s - self._last_s
         self._before, self._last_s = now, picture.time_s
-        if self._resting is not None and now.grey is None:  # cells: see `feed`
-            self._resting.append(np.asarray(now.position, np.float64))
-            if len(self._resting) == REST_FRAMES:
-                (rest, what), self._resting = find_rest(self._resting, now.rest), None
+        resting = self._resting  # which another thread may replace
+        if resting is not None and now.grey is None:  # cells: see `feed`
+            resting.append(np.asarray(now.position, np.float64))
+            if len(resting) == REST_FRAMES:
+                (rest, what), self._resting = find_rest(resting, now.rest), None
                 self._events.append(what)
                 if rest is not None:
                     self._rest, before = rest, None
