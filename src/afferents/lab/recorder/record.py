@@ -77,7 +77,7 @@ def record(
         recorder = make_recorder(Path(plan), dry_run, ask or ask_in_terminal)
         with Progress(quiet) as progress:
             return recorder.record(Path(session), progress, again)
-    from afferents.lab.live.web.server import page_beside
+    from afferents.lab.live.web.server import serve_page
     from afferents.lab.recorder.page import RecordingPage
 
     watch = Watch(show_in_terminal)
@@ -87,7 +87,7 @@ def record(
         for line in sys.stdin:
             watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
-    with page_beside(RecordingPage(watch, recorder.sensor), *web, watch.request):
+    with serve_page(RecordingPage(watch, recorder.sensor), *web, watch.request):
         threading.Thread(target=read_terminal, name="afferents-enter", daemon=True).start()
         try:
             with Progress(quiet) as progress:
