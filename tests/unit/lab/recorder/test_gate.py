@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from afferents.lab.devices.base import CameraSettings
-from afferents.lab.recorder.gate import check_frames, check_speed, count_frames, count_on
+from afferents.lab.recorder.gate import check_frames, check_speed, count_frames, unwrap_numbers
 from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.recordings.run_log import DriveRow, FrameRow, Log
 
@@ -34,7 +34,7 @@ def test_numbers_that_begin_again_at_0_are_neither_lost_nor_repeated(bits):
 def test_numbers_that_stand_or_fall_a_little_are_repeated():
     assert counted([0, 1, 2, 2, 3, 4]).repeated == (2,)
     assert counted([0, 1, 2, 3, 2, 4]).repeated == (2,)
-    assert count_on([]).size == 0
+    assert unwrap_numbers([]).size == 0
 
 
 def test_a_number_that_leaps_makes_no_list_without_end():
