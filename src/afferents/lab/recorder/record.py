@@ -384,7 +384,7 @@ class Recorder:
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")
             raise
-        counts = count_frames(log, devices.camera.settings, plan.total_s)
+        counts = count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
         checks = check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
         taps = measure_taps(folder, plan, self.sensor) if plan.tap_s else None
         checks += [taps.check] if taps else []
