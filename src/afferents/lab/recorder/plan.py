@@ -1,4 +1,4 @@
-"""`PLAN.toml`: what is to be recorded, and with what."""
+"""`PLAN.toml`: what to record, and with what."""
 
 import hashlib
 import math
@@ -61,7 +61,7 @@ class Tolerance(StrictForm):
 
 
 class RecordingPlan(StrictForm):
-    """What is to be recorded.
+    """What to record.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class RecordingPlan(StrictForm):
     direction
         Of the slide in the image.
     notes, conditions
-        What else is to be remembered; conditions go along with every recording.
+        What else to remember; conditions go along with every recording.
     camera, microphone, drive
         Which devices, by ``kind``, and their options. Without ``[microphone]`` there is no sound;
         without ``[drive]`` something else turns the drum.
