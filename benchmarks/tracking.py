@@ -27,7 +27,7 @@ from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker, track_markers
 from afferents.parallel import side_by_side
 from afferents.recordings.video import open_video
-from afferents.rig import RigCamera, Rig, bumped_surface, project
+from afferents.rig import Rig, RigCamera, bumped_surface, project
 from afferents.rig.camera import Renderer
 from afferents.rig.run import simulate_run
 from afferents.store.recording import Frame, GreyImage
