@@ -1,4 +1,4 @@
-"""What the page shows of a recording: camera with markers, sound, and what is to be done."""
+"""What the page shows of a recording: camera with markers, sound, and what to do next."""
 
 from contextlib import suppress
 from typing import Any
