@@ -26,7 +26,7 @@ from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.folds.controls import CONTROLS, controls_of, stands_out
-from afferents.models.model import MODELS, Model, models_in, names_in
+from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
@@ -94,7 +94,7 @@ def run(
     words = [task if isinstance(task, str) else task.name]
     words += [] if data is None else ["--data", str(data)]
     task = find_task(task) if isinstance(task, str) else task
-    own = {models_in(one)[0].name: one for one in names_in(models) if ":" in one}
+    own = {choose_models(one)[0].name: one for one in list_names(models) if ":" in one}
     source = task.source(None if data is None else Path(data))
     with Progress(quiet) as progress:
         given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}

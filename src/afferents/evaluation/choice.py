@@ -21,9 +21,9 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 from afferents.folds.corruption import Corruption
 from afferents.models.base import Solved
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
 from afferents.models.fitted import require_buildable
-from afferents.models.fitting import learns_in_a_loop, recipe_of
+from afferents.models.fitting import choose_recipe, learns_in_a_loop
 from afferents.models.model import MODELS, Model
 from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
@@ -66,7 +66,7 @@ def _notices(corruption: Corruption, encodings: Encodings, model: Model) -> bool
 
 
 def _has_penalty(model: Model) -> bool:
-    kind = classifier_of(model.classifier)
+    kind = get_classifier(model.classifier)
     if issubclass(kind, Solved):
         return bool(kind.searched) or len(kind.penalties) > 1
     return any(_has_penalty(MODELS[name]) for name in model.parts)
@@ -74,7 +74,7 @@ def _has_penalty(model: Model) -> bool:
 
 def _learns_as(networks: Collection[str], encodings: Encodings, model: Model) -> bool:
     of_network = learns_in_a_loop(model)
-    return of_network and recipe_of(model, encodings.of(model.encoding)) in networks
+    return of_network and choose_recipe(model, encodings.of(model.encoding)) in networks
 
 
 def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:

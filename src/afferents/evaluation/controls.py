@@ -8,14 +8,14 @@ import numpy as np
 from afferents import dims
 from afferents.channels import CHANNELS
 from afferents.choices import flag_of
-from afferents.encodings.samples import labels_of, textures_of
+from afferents.encodings.samples import find_labels, list_textures
 from afferents.errors import InputError
 from afferents.evaluation.encode import Source, encode_all, has, kept_part
 from afferents.evaluation.intervals import accuracies_of, bootstrap_unit_of, predictions_of
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.schemas import Accuracies
 from afferents.folds.controls import controlled, controls_of
-from afferents.models.fit_solved import predict_left_out
+from afferents.models.solved import predict_left_out
 from afferents.progress import Progress
 from afferents.store.responses import Responses
 
@@ -84,7 +84,7 @@ def _asked(
     of, groups = np.unique(split.of(samples), return_inverse=True)
     values = samples.values.reshape(len(samples), -1)
     sharing = np.array([split.sharing(of, group) for group in of.tolist()])
-    named = predict_left_out(values, labels_of(samples), groups, sharing)
-    textures = samples[dims.TEXTURE].values, np.array(textures_of(samples))[named]
+    named = predict_left_out(values, find_labels(samples), groups, sharing)
+    textures = samples[dims.TEXTURE].values, np.array(list_textures(samples))[named]
     table = predictions_of(*textures, split.of(samples), samples[dims.RECORDING].values)
     return Accuracies(**accuracies_of(table, bootstrap_unit_of(len(recipe.data), table)))

@@ -13,15 +13,15 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
-from afferents.encodings.windows import with_distance
+from afferents.encodings.windows import add_distance
 from afferents.errors import InputError, then
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.models.base import Solved
-from afferents.models.classifiers import classifier_of
-from afferents.models.model import BEST, MODELS, OF_CELLS, Model, own_of
-from afferents.models.solved import LateFusion
+from afferents.models.classifiers import get_classifier
+from afferents.models.fusion import LateFusion
+from afferents.models.model import BEST, MODELS, OF_CELLS, Model, pick_own
 from afferents.parallel import side_by_side_numbered
 from afferents.progress import Progress
 from afferents.store.motion import Series, has_speed, speed_along
@@ -89,7 +89,7 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> str:
 
 def _learns_speeds(model: Model) -> bool:
     """Tell whether a model, or a part of it that learns on its own, needs to be told speeds."""
-    kind = classifier_of(model.classifier)
+    kind = get_classifier(model.classifier)
     return kind.needs_speed or any(_learns_speeds(MODELS[name]) for name in model.parts)
 
 
@@ -110,7 +110,7 @@ def require_support(
         lacks what it needs, and the models that are possible. If one of a user's own has a name
         that is taken, or parts that can't be joined.
     """
-    for model in own_of(wanted):
+    for model in pick_own(wanted):
         _require_joinable(model)
     able = [model for model in wanted if not lacking(model, recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
@@ -125,8 +125,8 @@ def require_support(
 
 def _require_joinable(model: Model) -> None:
     """Refuse a model with parts that can't be joined, or without what joins them."""
-    kind, expected = classifier_of(model.classifier), ""
-    able = [n for n, one in MODELS.items() if issubclass(classifier_of(one.classifier), Solved)]
+    kind, expected = get_classifier(model.classifier), ""
+    able = [n for n, one in MODELS.items() if issubclass(get_classifier(one.classifier), Solved)]
     if bool(model.parts) != (kind is LateFusion):
         expected = "parts where the classifier is late-fusion, and only there"
         found = f"{len(model.parts)} parts with {kind.name}"
@@ -246,7 +246,7 @@ def encode(
         response = ablation.shown(response)
     series = speed_along(responses)
     if series is not None and source.encoding.by_distance:
-        response = with_distance(response, series)
+        response = add_distance(response, series)
     samples = source.encoding.samples(response, kept, source.channel.lookback)
     return samples if series is None else with_speeds(samples, series)
 

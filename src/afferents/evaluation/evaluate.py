@@ -8,7 +8,7 @@ from afferents.choices import MODELS_ASKED
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place
-from afferents.models.model import Model, models_in, names_in
+from afferents.models.model import Model, choose_models, list_names
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, sources_in
@@ -92,7 +92,7 @@ def open_evaluation(
     from afferents.evaluation.recipe import FIELD, Evaluation, Recipe, by_length, lengths_in
     from afferents.extraction.copies import warn
 
-    models = models_in(options.models)
+    models = choose_models(options.models)
     lengths = lengths_in(options.encoding.get(FIELD))
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FIELD)}
     opened = open_data(sources_in(data), options.without, options.keep_going, progress)
@@ -101,7 +101,7 @@ def open_evaluation(
     if (settled := options.by.settled(used).name) != options.split:
         options = options.model_copy(update={"split": settled})
     encodings = encodings_for(opened, options.cut, wanted, options.steady, used)
-    if "best" in names_in(options.models) or not models:
+    if "best" in list_names(options.models) or not models:
         best = best_of(recordings_in(opened))
         models = models if best in models else [*models, best]
     models = by_length(models, lengths, encodings) if lengths else models

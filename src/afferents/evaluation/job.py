@@ -13,7 +13,7 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, encode_all, sources_of
@@ -32,11 +32,11 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.corruption import fold_of_variants, in_variants
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
-from afferents.models.fitted import Fitting, Part, ask_alone
-from afferents.models.fitting import fit, learns_in_a_loop, recipe_of
-from afferents.models.folder import weights_of
+from afferents.models.checkpoint import Checkpoint
+from afferents.models.fitted import Fitting, Part, predict_alone
+from afferents.models.fitting import choose_recipe, fit, learns_in_a_loop
+from afferents.models.folder import dump_weights
 from afferents.models.hardware import is_out_of_memory
-from afferents.models.loop import Checkpoint
 from afferents.parallel import keep_freed_memory, require_seen
 from afferents.progress import Progress
 from afferents.store.responses import Responses
@@ -140,20 +140,20 @@ def train_and_test(
 
     for number, part in enumerate(parts):
         check(number, part.fold.train[:0])
-    config = recipe.options.training(recipe_of(model, parts[0].encoding))
+    config = recipe.options.training(choose_recipe(model, parts[0].encoding))
     searched = recipe.options.penalty == "searched"
     fitted = fit(
         Fitting(model, parts, protocol, config, key.seed, ranks[0], check, checkpoint, searched)
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
-    alone = ask_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
+    alone = predict_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
     table = predictions_table(
-        key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
+        key, lead.samples, lead.fold, fitted.probabilities, list_textures(lead.samples),
         fitted.speed_mm_s,
     )  # fmt: skip
     facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone
-    return Outcome(key, table, facts, leaks[0], weights_of(fitted.classifier))
+    return Outcome(key, table, facts, leaks[0], dump_weights(fitted.classifier))
 
 
 @contextmanager

@@ -43,7 +43,7 @@ from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
-from afferents.models.model import Model, names_in
+from afferents.models.model import Model, list_names
 from afferents.store.trimming import Steady, steady_in, written
 
 _Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
@@ -336,7 +336,7 @@ class EvaluationOptions(TrainingOptions):
     @property
     def may_leave_out(self) -> bool:
         """Whether models that the data don't support are left out instead of refused."""
-        return "all" in names_in(self.models)
+        return "all" in list_names(self.models)
 
 
 def words_of(options: Mapping[str, Any]) -> list[str]:

@@ -27,7 +27,7 @@ from afferents.files import checksum, write_json
 from afferents.folds.controls import controlled
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
-from afferents.models.model import Model, listed, own_of
+from afferents.models.model import Model, listed, pick_own
 from afferents.store.responses import Responses, named_by_spacing
 from afferents.store.trimming import with_steady
 from afferents.version import __version__
@@ -163,7 +163,7 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
         If a name stood for another model before, of which a fold was learnt or begun.
     """
     kept = own_kept(results)
-    for model in own_of(models):
+    for model in pick_own(models):
         found = describe(model, encodings)
         files = (results / FOLDS / model.name).rglob("*")
         begun = any(path.name == FOLD or path.suffix == ".checkpoint" for path in files)

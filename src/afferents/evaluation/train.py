@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.channels import name_of_channel
 from afferents.choices import LARGEST_SEED, Cut, require_number
-from afferents.encodings.samples import Samples, textures_of
-from afferents.encodings.settings import Encodings, described
+from afferents.encodings.samples import Samples, list_textures
+from afferents.encodings.settings import Encodings, describe_encoding
 from afferents.errors import InputError, then
 from afferents.evaluation.choice import (
     encodings_for,
@@ -38,14 +38,16 @@ from afferents.evaluation.results import load_results
 from afferents.files import Place, require_free
 from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
+from afferents.models import folder
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
+from afferents.models.deployed import Deployed, Recogniser
 from afferents.models.fitted import Part
-from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
+from afferents.models.fitting import choose_recipe, fit_once, learns_in_a_loop
+from afferents.models.folder import find_own_types, is_model_folder, save_model
 from afferents.models.learning_set import LearningSet
-from afferents.models.model import MODELS, Model, models_in, names_in
+from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import reference_of
 from afferents.progress import Mark, Progress
 from afferents.recordings.data_set import Data
@@ -115,7 +117,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     model = training.model
     # What can't be put down in the card is refused before anything is learnt.
     classifier = _reference(model.classifier)
-    channel, encoding = name_of_channel(source.channel), described(source.encoding)
+    channel, encoding = name_of_channel(source.channel), describe_encoding(source.encoding)
     felt = felt_with(training.data, source)
     samples = encode_all(
         recordings, source, options.cut, progress, corruption=options.disturb_training
@@ -125,7 +127,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding), mark)
         mark(1)
-    own = own_types(deployed.network)
+    own = find_own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
     learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
     card = Card(
@@ -135,7 +137,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         estimator=own,
         own=MODELS.get(model.name) is not model,
         sample_dims=tuple(map(str, samples.dims[1:])),
-        textures=tuple(textures_of(samples)),
+        textures=tuple(list_textures(samples)),
         named_by_spacing=bool(named_by_spacing(recordings)),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
@@ -167,7 +169,7 @@ def _reference(classifier: Any) -> str:
 
 def can_run_live(model: Model) -> bool:
     """Tell whether a model can be trained to be kept: its channel, encoding and classifier can."""
-    if model.parts or not classifier_of(model.classifier).deployable:
+    if model.parts or not get_classifier(model.classifier).deployable:
         return False
     channel, encoding = sources_of(model, Encodings())[0]
     return channel.runs_live and encoding.runs_live
@@ -185,10 +187,10 @@ def _require_deployable(model: Model) -> None:
 def trained_on(training: Training, part: Part, mark: Mark) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
-    recipe = recipe_of(training.model, part.encoding)
+    recipe = choose_recipe(training.model, part.encoding)
     config = training.options.training(recipe)
     network, learnt = fit_once(training.model, part, config, training.seed, mark)
-    return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
+    return Deployed(network.cpu(), len(list_textures(part.samples)), learnt.scale).eval(), learnt
 
 
 def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
@@ -266,7 +268,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
 
 def _recipe_of(training: Training) -> str:
     """Return the name of the recipe that the model's network is trained by."""
-    return recipe_of(training.model, training.encodings.of(training.model.encoding))
+    return choose_recipe(training.model, training.encodings.of(training.model.encoding))
 
 
 def _worst(split: Split, group: str) -> dict[str, Any]:
@@ -393,8 +395,8 @@ def train(
     from afferents.extraction.copies import warn
 
     require_number("--seed", seed, 0, LARGEST_SEED)
-    chosen, asked = TrainingOptions(**options), models_in(model)
-    if len(asked) + ("best" in names_in(model)) > 1:
+    chosen, asked = TrainingOptions(**options), choose_models(model)
+    if len(asked) + ("best" in list_names(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
@@ -433,7 +435,7 @@ def load_model(model: Place) -> Recogniser:
     >>> model.predict(x).probability.dims
     ('sample', 'texture')
     """
-    return Recogniser.of_folder(Path(model))
+    return folder.load_model(Path(model))
 
 
 def samples(
