@@ -67,7 +67,7 @@ def spikes_of_store(
 
 @dataclass(frozen=True)
 class NeuralResults:
-    """What was found, and where it lies.
+    """What was found, and the files it was written to.
 
     Attributes
     ----------
@@ -157,10 +157,12 @@ def neural(
             found = matching.compare(spikes, fibres, window_s, seed, f"{source}; {name}")
             found.tables["natural_rates"] = rates_table(fibres)
             grey = f"{name}; grey: not recorded"
-            found.figures["natural_raster"] = figures.raster_figure(_some(fibres, seed), grey)
+            found.figures["natural_raster"] = figures.raster_figure(
+                _choose_shown(fibres, seed), grey
+            )
         tables = _make_tables(store, spikes, seed, window_s, progress) | found.tables
     drawn = {
-        "raster": figures.raster_figure(_some(spikes, seed), source),
+        "raster": figures.raster_figure(_choose_shown(spikes, seed), source),
         "resolution": figures.accuracy_figure(tables["resolution"], source),
         "units": figures.accuracy_figure(tables["units"], source),
         "stretch": figures.stretch_figure(speed.match_by_class(tables["stretch"]), source),
@@ -246,7 +248,7 @@ def rates_table(spikes: Spikes) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _some(spikes: Spikes, seed: int) -> Spikes:
+def _choose_shown(spikes: Spikes, seed: int) -> Spikes:
     """Return some units of each class, in the same half second of three trials of one speed."""
     speeds = np.unique(spikes.trials["speed_mm_s"])
     at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]

@@ -21,7 +21,7 @@ _FEW = 30
 """Fewer spikes or intervals prove nothing: 30 at random miss the last third of a trial once in
 200,000 cases."""
 _INSTANT = 1 / 500
-"""Share of a trial: spikes that all lie before it are in another unit."""
+"""Share of a trial: spikes that are all earlier are in another unit of time."""
 
 
 def check_tables(units: Any, trials: Any, where: object) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -97,7 +97,7 @@ def _require_times(spikes: "Spikes", where: object) -> None:
         raise InputError(
             f"{where}: expected spikes of a fibre {1e3 * REFRACTORY_S:g} ms apart or more, its "
             f"refractory time, found {short} of {n} intervals shorter in {len(twice)} of "
-            f"{spikes.n_units} units ({_list(twice.index)}); remove spikes that stand twice, or "
+            f"{spikes.n_units} units ({_list(twice.index)}); remove duplicate spikes, or "
             "give times in s"
         )
 
@@ -115,9 +115,9 @@ def doubts_about(spikes: "Spikes") -> list[str]:
     """Return what is likely wrong with durations and times, a sentence each.
 
     A unit whose trains all end early was recorded for a shorter time than is given, and its rates
-    come out too low. Intervals below the refractory time are spikes that stand twice, or of two
-    fibres. Where all intervals are as long as a refractory time whose ms were read as s, times and
-    durations are in ms.
+    come out too low. Intervals below the refractory time are duplicate spikes, or those of
+    two fibres. Where all intervals are as long as a refractory time whose ms were read as s, times
+    and durations are in ms.
     """
     train, trial, unit = spikes.places()
     speed = spikes.trials["speed_mm_s"].map("{:g}".format).to_numpy(str)
@@ -142,7 +142,7 @@ def doubts_about(spikes: "Spikes") -> list[str]:
         found.append(
             f"{len(short)} of {len(intervals)} intervals between spikes are below the refractory "
             f"time of a fibre, {1e3 * REFRACTORY_S:g} ms, in {len(names)} units ({_list(names)}): "
-            "look for spikes that stand twice, and for two fibres in one unit"
+            "look for duplicate spikes, and for two fibres in one unit"
         )
     if len(intervals) >= _FEW and intervals["s"].min() >= 1e3 * REFRACTORY_S:
         found.append(
@@ -237,7 +237,7 @@ class Spikes:
         ------
         InputError
             If a time is not finite, negative, before its predecessor or after its train's end, if
-            times are in another unit or stand twice, two units have one name, a column is missing,
+            times are in another unit or duplicated, two units have one name, a column is missing,
             or a duration is no positive number.
         """
         found = cls.unchecked(trains, units, trials, where, durations_s)
@@ -330,7 +330,7 @@ class Spikes:
         ----------
         stop_s
             Where the last bin ends at the latest; without it, the shortest trial's end. Bins that
-            don't fit whole are left out, and NaN stands where a unit was not recorded.
+            don't fit whole are left out, and a unit that was not recorded has NaN.
 
         Raises
         ------

@@ -18,7 +18,7 @@ _MOST_HZ = 500
 
 
 class Drive(NamedTuple):
-    """Current into units, laid out on the steps of the simulation.
+    """Current into units, on the steps of the simulation.
 
     Between rows the current is interpolated linearly.
 
@@ -73,7 +73,7 @@ class UnitModel(ABC):
         values
             By the names that its equations have.
         state
-            From which they go on; it becomes that after the last step. Without it, from rest.
+            Before the first step; changed in place to that after the last. Default: at rest.
         """
 
 
