@@ -22,7 +22,7 @@ import xarray as xr
 
 import afferents
 from afferents.encodings.settings import Encodings
-from afferents.evaluation.encode import encode, sources_of
+from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.track import tracked
 from afferents.markers.sensor import load_sensor
 from afferents.models.model import MODELS
@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="name the functions")
     asked = parser.parse_args()
     sensor, labels = load_sensor("tip_b"), {"name": "clip", "texture": "0", "speed_mm_s": 50.0}
-    (source,) = sources_of(MODELS[MODEL], Encodings())
+    (source,) = find_sources(MODELS[MODEL], Encodings())
     with tempfile.TemporaryDirectory() as folder:
         session, store, model = (Path(folder) / name for name in ("session", "store", "model"))
         afferents.simulate(session, textures=["a", "g"], speeds_mm_s=[40, 50, 60], seconds=2.0,

@@ -58,26 +58,26 @@ from .encodings.spectra import (
 from .encodings.wavenumbers import (
     WavenumberEncoding as WavenumberEncoding,
 )
+from .evaluation.controls import (
+    ControlsFound as ControlsFound,
+)
+from .evaluation.controls import (
+    controls as controls,
+)
 from .evaluation.evaluate import (
     evaluate as evaluate,
 )
-from .evaluation.intervals import (
+from .evaluation.evaluate import (
+    samples as samples,
+)
+from .evaluation.metrics import (
     accuracy_interval as accuracy_interval,
-)
-from .evaluation.on_arrays import (
-    ControlsFound as ControlsFound,
-)
-from .evaluation.on_arrays import (
-    controls as controls,
 )
 from .evaluation.results import (
     load_results as load_results,
 )
 from .evaluation.train import (
     load_model as load_model,
-)
-from .evaluation.train import (
-    samples as samples,
 )
 from .evaluation.train import (
     train as train,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import AfferentsError
-from afferents.evaluation.data import open_data, recordings_in
+from afferents.evaluation.data import join_recordings, open_data
 from afferents.evaluation.results import load_results
 from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
@@ -21,7 +21,7 @@ from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import data_set_of, read_session
 from afferents.recordings.video import open_video
-from afferents.reproduction.run_folder import status
+from afferents.reproduction.status import status
 from afferents.store.responses import read_whole
 
 CASES_A_KIND = 20
@@ -66,7 +66,7 @@ def strange(content, rng):
 
 def read_store(store):
     data = open_data([str(store)])
-    for responses in recordings_in(data):
+    for responses in join_recordings(data):
         for name in responses.data_vars:
             read_whole(responses, str(name))
 

@@ -8,8 +8,7 @@ import sys
 import pytest
 
 from afferents import progress
-from afferents.evaluation.fold_files import FoldKey
-from afferents.evaluation.job_status import plan
+from afferents.evaluation.fold_files import FoldKey, write_plan
 from afferents.files import write_json
 from afferents.progress import Progress, flush_streams, prepare_streams, printable
 
@@ -79,7 +78,7 @@ def test_in_a_pipe_progress_is_lines(capsys, monkeypatch):
 @pytest.fixture
 def status(tmp_path):
     """Ask for an evaluation that has failed at a name that no ASCII terminal can spell."""
-    plan(tmp_path, [FoldKey.of("vib-te", "nested", 0, 10.0)], workers=1)
+    write_plan(tmp_path, [FoldKey.of("vib-te", "nested", 0, 10.0)], workers=1)
     write_json(tmp_path / "folds/vib-te/nested/seed-0/10.failed", {"why": "é – \udcff"})
 
     def ask(folder=tmp_path, changed=None, **how):

@@ -18,14 +18,14 @@ from afferents.benchmark.tasks import Asked, Task, find_task
 from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.doctor import processor
 from afferents.errors import LeakageError
-from afferents.evaluation.evaluate import open_evaluation
 from afferents.evaluation.fold_files import FoldFacts, finished_keys, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, name_touches
 from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.plan import open_evaluation
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.folds.controls import CONTROLS, controls_of, stands_out
+from afferents.folds.controls import CONTROLS, list_controls, stands_out
 from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import import_extra
 from afferents.progress import Progress
@@ -89,7 +89,7 @@ def run(
         the labels of the test.
     """
     import_extra("train", "benchmark", "torch", "sklearn")
-    from afferents.evaluation.run import evaluate
+    from afferents.evaluation.run import run_evaluation
 
     words = [task if isinstance(task, str) else task.name]
     words += [] if data is None else ["--data", str(data)]
@@ -101,17 +101,17 @@ def run(
         options = EvaluationOptions(models=models, **{**task.options, **given})
         _make(task, Path(source), progress)
         plain = open_evaluation(source, Path(out), options, progress)
-        question = task.asked_of(plain.recordings, plain.recipe.data[0])
+        question = task.asked_of(plain.recordings, plain.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
         results = {}
-        for control in ("none", *controls_of(plain.recipe.split)):
+        for control in ("none", *list_controls(plain.options.by)):
             progress.note(f"Control: {CONTROLS[control]}." if control in CONTROLS else task.title)
             chosen = options.model_copy(update={"control": control})
-            recipe = replace(plain.recipe, out=folder / control, options=chosen)
-            evaluate(replace(plain, recipe=recipe), progress, quick_controls=False)
+            evaluation = replace(plain, out=folder / control, options=chosen)
+            run_evaluation(evaluation, progress, quick_controls=False)
             results[control] = load_results(folder / control)
     found, refused = [], []
-    for model in plain.recipe.models:
+    for model in plain.models:
         if model.name not in results["none"].found.models:
             continue
         entry = _entry(task, question, model, own.get(model.name, ""), words, results)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.evaluation.data import Origin, open_data, recordings_in
+from afferents.evaluation.data import Origin, join_recordings, open_data
 from afferents.evaluation.options import EvaluationOptions
 from afferents.files import write_text
 from afferents.folds.held_out import key_of
@@ -140,7 +140,7 @@ class Task(BaseModel):
             If they can't be read.
         """
         data = open_data([source], self.chosen.without)
-        return self.chosen.ablation.recordings(recordings_in(data)), data[0].origin
+        return self.chosen.ablation.recordings(join_recordings(data)), data[0].origin
 
     def checksum_of(self, recordings: Sequence[Responses]) -> str:
         """Return a checksum over what is tested when: of the options, and a line a recording.

@@ -1,20 +1,23 @@
-"""`afferents.evaluate`: models trained at some speeds and tested at others."""
+"""From data to accuracies, `afferents.evaluate`, or to samples alone, `afferents.samples`."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from afferents.choices import MODELS_ASKED
+from afferents import dims
+from afferents.choices import MODELS_ASKED, Cut
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError
+from afferents.evaluation import data as opening
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place
-from afferents.models.model import Model, choose_models, list_names
+from afferents.folds.held_out import split_named
+from afferents.models.model import Model
 from afferents.plugins import import_extra
 from afferents.progress import Progress
-from afferents.recordings.data_set import Data, sources_in
-
-if TYPE_CHECKING:
-    from afferents.evaluation.recipe import Evaluation
+from afferents.recordings.data_set import Data
+from afferents.store.trimming import require_within, steady_in, with_steady
 
 
 def evaluate(
@@ -66,46 +69,82 @@ def evaluate(
     [20.0, 40.0, 60.0]
     """
     import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
-    from afferents.evaluation.run import evaluate as run
+    from afferents.evaluation.plan import open_evaluation
+    from afferents.evaluation.run import run_evaluation
 
+    chosen = EvaluationOptions(models=models, **options)
     with Progress(quiet) as progress:
-        run(
-            open_evaluation(data, out, EvaluationOptions(models=models, **options), progress),
-            progress,
-        )
+        run_evaluation(open_evaluation(data, out, chosen, progress), progress)
     return load_results(Path(out))
 
 
-def open_evaluation(
-    data: Data | Sequence[Data], out: Place, options: EvaluationOptions, progress: Progress
-) -> "Evaluation":
-    """Open the data, after checking what can be checked without them, and choose what suits them.
+def samples(
+    data: Data,
+    channel: Any,
+    encoding: Any,
+    cut: Cut = "all",
+    quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
+    **options: Any,
+) -> Samples:
+    """Return what a classifier would learn from, of all recordings of a store.
+
+    Parameters
+    ----------
+    data
+        An extracted store, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
+    channel, encoding
+        Names, or objects of your own, as of `Model`.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+    split, steady
+        As of `evaluate`.
+    options
+        Of the encoding, such as ``frames=20``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
+        `recording`, `start_s`, `stop_s`, and `group`, of which one is held out at a time: the
+        speed (NaN where it is not known), or the value of another split's condition. For
+        scikit-learn's cross-validation take ``x.values.reshape(len(x), -1)``, ``x.texture`` and
+        ``groups=x.group``. The attribute `channel` names what they are of.
 
     Raises
     ------
     InputError
-        If a model is unknown, or the data can't be read.
-    """
-    from afferents.evaluation.choice import encodings_for, say_choice
-    from afferents.evaluation.data import open_data, recordings_in
-    from afferents.evaluation.encode import best_of
-    from afferents.evaluation.recipe import FIELD, Evaluation, Recipe, by_length, lengths_in
-    from afferents.extraction.copies import warn
+        If there is no such channel or encoding, or the data lack what it is made of.
 
-    models = choose_models(options.models)
-    lengths = lengths_in(options.encoding.get(FIELD))
-    wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FIELD)}
-    opened = open_data(sources_in(data), options.without, options.keep_going, progress)
-    warn(recordings_in(opened), progress)
-    used = options.ablation.recordings(recordings_in(opened))
-    if (settled := options.by.settled(used).name) != options.split:
-        options = options.model_copy(update={"split": settled})
-    encodings = encodings_for(opened, options.cut, wanted, options.steady, used)
-    if "best" in list_names(options.models) or not models:
-        best = best_of(recordings_in(opened))
-        models = models if best in models else [*models, best]
-    models = by_length(models, lengths, encodings) if lengths else models
-    say_choice(opened, models, encodings, progress)
-    origins = tuple(one.origin for one in opened)
-    recipe = Recipe(Path(out), origins, models, encodings, options)
-    return Evaluation(recipe, opened)
+    Examples
+    --------
+    >>> x = samples("responses.zarr", "ra1", "spatial")
+    >>> dict(x.sizes)
+    {'sample': 261, 'row': 19, 'column': 19}
+    """
+    import_extra("train", "samples", "torch")
+    from afferents.evaluation import plan
+
+    what, steady_s = split_named(split), steady_in(steady, cut)
+    model = Model("samples", channel=channel, encoding=encoding, classifier=None)
+    with Progress(quiet) as progress:
+        opened = opening.open_data([data], progress=progress)
+        encodings = opening.choose_encodings(opened, cut, options, steady_s)
+        (source,) = opening.find_sources(model, encodings)
+        recordings = with_steady(opening.join_recordings(opened), steady_s)
+        for responses in recordings:
+            if not opening.has(responses, source):
+                raise InputError(
+                    f"{responses.attrs['name']}: expected {source.channel.made_of} that the "
+                    f"encoding '{source.encoding.name}' can be made of, found none"
+                )
+            require_within(responses, source.channel.made_of, steady_s)
+        plan.require_encodings([model], encodings, recordings)
+        samples = opening.encode_all(recordings, source, cut, progress)
+        found = what.labelled(samples, recordings)
+        found = found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})
+        of_cells = {dims.CELLS: True} if any(map(dims.of_cells, recordings)) else {}
+        return found.assign_attrs({dims.CHANNEL: source.channel.name, **of_cells})

@@ -1,34 +1,47 @@
-"""Folds on disk: each finished one is written whole, at once, and never trained again."""
+"""A results folder while it fills: folds, marks of running jobs, the plan, what may stand together.
+
+Each finished fold is written whole, at once, and never trained again. Jobs leave a mark next to the
+folder that they will write: ``<group>.running`` while they train, ``<group>.failed`` if they could
+not. A mark names the process and the machine that made it, so that a run that was killed is
+distinguished from one at work.
+"""
 
 import hashlib
+import inspect
 import json
-from collections.abc import Mapping
+import os
+import socket
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from statistics import mean
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 
-from afferents import dims
+from afferents import dims, files
+from afferents.channels import CHANNELS, channel_of
+from afferents.documents import read_json
 from afferents.encodings.samples import Samples
+from afferents.encodings.settings import ENCODINGS, Encodings
+from afferents.errors import InputError
 from afferents.evaluation.results import (
     CONFIG,
+    FOLD_AGAIN,
     OPTIONS,
-    OWN_MODELS,
     PREDICTIONS,
     PROBABILITY,
+    Counted,
+    ModelName,
+    Schema,
     read_config,
     read_predictions,
-)
-from afferents.evaluation.schemas import Counted, ModelName, Schema
-from afferents.files import (
-    holds_only,
-    require_free,
-    require_same_config,
-    write_aside,
-    write_json,
 )
 from afferents.folds.held_out import (
     SPEED,
@@ -45,12 +58,14 @@ from afferents.folds.held_out import (
     split_named,
 )
 from afferents.folds.protocol import Fold, ProtocolName
-from afferents.folds.splits import Leaks
-from afferents.models.model import MODELS
+from afferents.models.model import MODELS, Model, pick_own
 
-FOLDS, PLAN = "folds", "plan.json"
+FOLDS, PLAN, OWN_MODELS = "folds", "plan.json", "own_models.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
-AGAIN = "remove its folder and evaluate again"
+FRAMES = "frames"
+"""Field of encodings whose samples are runs of images: their length."""
+State = Literal["done", "running", "failed", "stopped", "to do"]
+_REMOVE = "remove it: it is only shown"
 
 
 class FoldKey(Schema):
@@ -86,7 +101,7 @@ class FoldKey(Schema):
         return seeds / f"seed-{self.seed}" / folder_name(self.held_out)
 
     def mark(self, results: Path, kind: str) -> Path:
-        """Return the file beside its folder that says `running` or `failed`, or a `checkpoint`."""
+        """Return the file next to its folder: that it is `running`, `failed`, a `checkpoint`."""
         folder = self.folder(results)
         return folder.with_name(f"{folder.name}.{kind}")
 
@@ -94,23 +109,6 @@ class FoldKey(Schema):
         """Return it in words."""
         held_out = f"{self.split.printed(self.held_out)} held out"
         return f"{self.model}, {self.protocol}, seed {self.seed}, {held_out}"
-
-
-def finished(results: Path, key: FoldKey) -> bool:
-    """Tell whether a fold is there: present means complete."""
-    return (key.folder(results) / FOLD).is_file()
-
-
-def finished_keys(results: Path) -> list[FoldKey]:
-    """List the finished folds of a results folder, in order of model, protocol, seed, group."""
-    keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
-    rank = {name: i for i, name in enumerate(MODELS)}
-
-    def place(key: FoldKey) -> tuple[int, str, str, int, tuple[float, str]]:
-        own = rank.get(key.model, len(rank))
-        return own, key.model, key.protocol, key.seed, order(key.held_out)
-
-    return sorted(keys, key=place)
 
 
 class Epoch(Schema):
@@ -158,7 +156,24 @@ def read_facts(path: Path) -> FoldFacts:
     InputError
         If they are missing or damaged.
     """
-    return FoldFacts.read(path, "the facts of a fold", AGAIN)
+    return FoldFacts.read(path, "the facts of a fold", FOLD_AGAIN)
+
+
+def finished(results: Path, key: FoldKey) -> bool:
+    """Return whether a fold is there: present means complete."""
+    return (key.folder(results) / FOLD).is_file()
+
+
+def finished_keys(results: Path) -> list[FoldKey]:
+    """List the finished folds of a results folder, in order of model, protocol, seed, group."""
+    keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
+    rank = {name: i for i, name in enumerate(MODELS)}
+
+    def place(key: FoldKey) -> tuple[int, str, str, int, tuple[float, str]]:
+        own = rank.get(key.model, len(rank))
+        return own, key.model, key.protocol, key.seed, order(key.held_out)
+
+    return sorted(keys, key=place)
 
 
 def predictions_table(
@@ -176,7 +191,7 @@ def predictions_table(
     probabilities
         Shape (test sample, texture).
     speed_mm_s
-        What the model took the speed for, (test sample,); None where it did not.
+        Speed that the model estimated, (test sample,); None where it did not.
     """
     tested = {name: samples[name].to_numpy()[fold.test] for name in dims.SAMPLE_COORDS}
     table = pd.DataFrame(
@@ -198,28 +213,166 @@ def predictions_table(
     return pd.concat([table, pd.DataFrame(columns)], axis=1)
 
 
-def save_fold(
-    results: Path,
-    key: FoldKey,
-    predictions: pd.DataFrame,
-    facts: Mapping[str, Any],
-    leaks: Leaks,
-    weights: bytes,
-) -> None:
+def save_fold(results: Path, facts: FoldFacts, predictions: pd.DataFrame, weights: bytes) -> None:
     """Write a fold's predictions, facts, and the content of its weights file; all or nothing."""
-    with write_aside(key.folder(results), holds_only(FOLD, PREDICTIONS, WEIGHTS)) as partial:
+    ours = files.holds_only(FOLD, PREDICTIONS, WEIGHTS)
+    with files.write_aside(facts.folder(results), ours) as partial:
         partial.mkdir()
         with (partial / PREDICTIONS).open("wb") as file:
             predictions.to_parquet(file, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
-        found = {**key.content(), **facts, "leaks": leaks.describe(key.split)}
-        FoldFacts.model_validate(found).write(partial / FOLD)
+        facts.write(partial / FOLD)
 
 
 def load_fold(results: Path, key: FoldKey) -> tuple[FoldFacts, pd.DataFrame]:
     """Read a finished fold: its facts and its predictions."""
     folder = key.folder(results)
     return read_facts(folder / FOLD), read_predictions(folder / PREDICTIONS)
+
+
+class PlannedJobs(Schema):
+    """`plan.json`: the requested trainings, and by how many processes."""
+
+    workers: int = Field(ge=1)
+    """Trainings side by side."""
+    cluster: str | None
+    """Address of a Dask scheduler, if not on this machine."""
+    jobs: tuple[FoldKey, ...]
+    """The folds."""
+
+
+class Running(Schema):
+    """``<group>.running``: which process trains the fold now."""
+
+    host: str
+    """Name of the machine."""
+    pid: int = Field(ge=1, lt=1 << 31)
+    """Number of the process."""
+    since: Amount
+    """Seconds since 1970."""
+
+
+class Failed(Schema):
+    """``<group>.failed``: why a fold could not be trained."""
+
+    why: str
+    """The error, in a sentence."""
+
+
+@dataclass(frozen=True)
+class JobStatus:
+    """The status of one job.
+
+    Attributes
+    ----------
+    state
+        ``stopped`` is a job whose process ended without a mark: killed, or out of memory.
+    seconds
+        That it took, or has taken so far; None where it has not begun.
+    why
+        It failed.
+    """
+
+    key: FoldKey
+    state: State
+    seconds: float | None = None
+    why: str = ""
+
+
+def write_plan(
+    results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | None = None
+) -> None:
+    """Write down what is to be done, next to what was planned before and begun to be kept.
+
+    Parameters
+    ----------
+    workers
+        Trainings side by side.
+    cluster
+        Where they are, if not on this machine.
+    """
+    begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
+    earlier = read_plan(results).jobs if begun else ()
+    jobs = tuple(dict.fromkeys([*earlier, *keys]))
+    PlannedJobs(workers=workers, cluster=cluster, jobs=jobs).write(results / PLAN)
+
+
+def read_plan(results: Path) -> PlannedJobs:
+    """Return what is planned in a folder."""
+    return PlannedJobs.read(results / PLAN, "a plan of trainings", _REMOVE)
+
+
+@contextmanager
+def mark_running(results: Path, key: FoldKey) -> Iterator[None]:
+    """Mark a job as running inside, and as failed if it raises."""
+    running, failed = key.mark(results, "running"), key.mark(results, "failed")
+    failed.unlink(missing_ok=True)
+    Running(host=socket.gethostname(), pid=os.getpid(), since=time.time()).write(running)
+    try:
+        yield
+    except Exception as error:
+        Failed(why=str(error) or type(error).__name__).write(failed)
+        raise
+    finally:
+        running.unlink(missing_ok=True)
+
+
+def job_statuses(results: Path) -> list[JobStatus]:
+    """Return the status of every planned job, in the order of the plan.
+
+    Raises
+    ------
+    InputError
+        If nothing was planned in this folder.
+    """
+    if not (results / PLAN).is_file():
+        raise InputError(
+            f"{results}: expected a results folder that evaluate has begun, found none"
+        )
+    return [_read_status(results, key) for key in read_plan(results).jobs]
+
+
+def _read_status(results: Path, key: FoldKey) -> JobStatus:
+    if finished(results, key):
+        facts = read_facts(key.folder(results) / FOLD)
+        seconds = facts.seconds if facts.job_seconds is None else facts.job_seconds
+        return JobStatus(key, "done", seconds)
+    failed, running = key.mark(results, "failed"), key.mark(results, "running")
+    if failed.is_file():
+        return JobStatus(key, "failed", why=Failed.read(failed, "a mark", _REMOVE).why)
+    if not running.is_file():
+        return JobStatus(key, "to do")
+    mark = Running.read(running, "a mark", _REMOVE)
+    state: State = "running"
+    # Processes of another machine can't be seen; on Windows, os.kill with 0 is Ctrl-C.
+    if mark.host == socket.gethostname() and sys.platform != "win32":
+        try:
+            os.kill(mark.pid, 0)
+        except ProcessLookupError:
+            state = "stopped"
+        except PermissionError:  # it is there, and another user's
+            pass
+    return JobStatus(key, state, time.time() - mark.since)
+
+
+def seconds_left(statuses: list[JobStatus], workers: int) -> float | None:
+    """Return how long what is not done will take, s, if it goes on as so far; None if unknown.
+
+    A job takes what others of its model took.
+    """
+    took: dict[str, list[float]] = {}
+    for status in statuses:
+        if status.state == "done" and status.seconds is not None:
+            took.setdefault(status.key.model, []).append(status.seconds)
+    if not took:
+        return None
+    of_any = [seconds for each in took.values() for seconds in each]
+    left = 0.0
+    for status in statuses:
+        if status.state != "done":
+            begun = status.seconds if status.state == "running" else None
+            left += max(0.0, mean(took.get(status.key.model, of_any)) - (begun or 0.0))
+    return left / workers
 
 
 def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
@@ -231,24 +384,11 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
         If it holds something else, or the results of another configuration.
     """
     if (results / CONFIG).is_file():
-        earlier = read_config(results)
-        require_same_config(results, "results", _comparable(earlier), _comparable(config))
+        usual = {"split": SPEED.name, "steady_s": "as recorded"}  # what goes without a key
+        earlier, now = ({**usual, **_without_paths(one)} for one in (read_config(results), config))
+        files.require_same_config(results, "results", earlier, now)
     else:
-        require_free(results, holds_only(PLAN, FOLDS, OWN_MODELS))
-
-
-def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out where data lie: their fingerprint tells them, and they may move.
-
-    And what was chosen in one run: other models, seeds or processes stand in the same folder.
-    """
-    data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
-    return {**{k: v for k, v in config.items() if k != OPTIONS}, "data": data}
-
-
-def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a configuration with what it leaves unsaid."""
-    return {"split": SPEED.name, "steady_s": "as recorded", **_without_paths(config)}
+        files.require_free(results, files.holds_only(PLAN, FOLDS, OWN_MODELS))
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
@@ -262,10 +402,98 @@ def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     if (results / CONFIG).is_file():
         check_results_folder(results, config)
     else:
-        write_json(results / CONFIG, dict(config))
+        files.write_json(results / CONFIG, dict(config))
 
 
-def digest_of(config: Mapping[str, Any]) -> str:
-    """Return what tells a configuration from others, wherever its data lie."""
+def config_digest(config: Mapping[str, Any]) -> str:
+    """Return what identifies a configuration, wherever its data lie."""
     text = json.dumps(_without_paths(config), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out where data lie: their fingerprint identifies them, and they may move.
+
+    And what was chosen in one run: other models, seeds or processes stand in the same folder.
+    """
+    data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
+    return {**{k: v for k, v in config.items() if k != OPTIONS}, "data": data}
+
+
+def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
+    """Put down what a user's own models are, next to those of earlier runs.
+
+    One name must stand for one model.
+
+    Raises
+    ------
+    InputError
+        If a name stood for another model before, of which a fold was learnt or begun.
+    """
+    kept = _read_own_models(results)
+    for model in pick_own(models):
+        found = _describe_model(model, encodings)
+        there = (results / FOLDS / model.name).rglob("*")
+        begun = any(path.name == FOLD or path.suffix == ".checkpoint" for path in there)
+        earlier, kept[model.name] = kept.get(model.name, found), found
+        if begun and earlier != found:
+            raise InputError(
+                f"{results}: expected results of the model '{model.name}' as it is now, found "
+                "those of another that had its name; give it another name, or choose another "
+                "--out"
+            )
+    if kept:
+        files.write_json(results / OWN_MODELS, kept)
+
+
+def _read_own_models(results: Path) -> dict[str, Any]:
+    path = results / OWN_MODELS
+    return read_json(path, "your own models") if path.is_file() else {}
+
+
+def _describe_model(model: Model, encodings: Encodings) -> dict[str, Any]:
+    """Return what distinguishes a model from another of its name, as far as it can be put down."""
+
+    def checksum(maker: Any) -> str:
+        """Return that of the file in which something is written; empty where there is none."""
+        try:
+            return files.checksum(Path(inspect.getsourcefile(maker) or ""))
+        except (TypeError, OSError):
+            return ""
+
+    encoding, classifier = encodings.of(model.encoding), model.classifier
+    channel = channel_of(model.channel)
+    own: dict[str, type] = {}
+    if CHANNELS.get(channel.name) != channel:
+        own[repr(channel)] = type(channel)
+    if ENCODINGS.get(encoding.name) is not type(encoding):
+        own[encoding.name] = type(encoding)
+    where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
+    return {
+        "title": model.title,
+        "channel": channel.name,
+        "encoding": encoding.describe(),
+        "classifier": where if callable(classifier) else repr(classifier),
+        "source": checksum(classifier if callable(classifier) else type(classifier)),
+        "recipe": model.recipe,
+        "stretched": model.stretched,
+        **({"variant_of": model.variant_of} if model.variant_of else {}),
+        **({"own": {name: checksum(kind) for name, kind in own.items()}} if own else {}),
+    }
+
+
+def describe_own_models(results: Path) -> dict[str, Any]:
+    """Return a summary's `titles` and `lengths` of a user's own models, if there are any.
+
+    Lengths are by the name of the model that they are variants of, shortest first.
+    """
+    kept = _read_own_models(results)
+    lengths: dict[str, dict[int, str]] = {}
+    for name, described in kept.items():
+        if base := described.get("variant_of"):
+            lengths.setdefault(base, {})[int(described["encoding"][FRAMES])] = name
+    found = {
+        "titles": {name: str(described["title"]) for name, described in kept.items()},
+        "lengths": {base: {str(n): of[n] for n in sorted(of)} for base, of in lengths.items()},
+    }
+    return {name: content for name, content in found.items() if content}

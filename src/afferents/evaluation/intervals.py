@@ -1,28 +1,41 @@
-"""What an interval is drawn over: sessions, or in a single one textures.
+"""How sure an accuracy is, and the difference of two, by bootstrap over textures or sessions.
 
-Recordings of several sessions are told apart by the number of theirs, which stands before the name.
+What is drawn anew is the unit of the experiment, whole. Where several sessions were evaluated that
+is the session. In a single session it is the texture, with all that was tested of it at every speed
+held out: a model that confuses a drum with its neighbour does so at most speeds, so that a drum's
+recordings at ten speeds are nowhere near ten independent trials. Recordings of several sessions
+have the number of theirs in front of the name.
+
+The interval is Student's t times the bootstrap's standard error, with one degree of freedom less
+than there are units (Hesterberg, What Teachers Should Know About the Bootstrap, The American
+Statistician 69:371, 2015). Percentiles of the same draws are too narrow of so few: of 13 textures
+they hold the truth in 89 to 92 of 100 cases and of five sessions in 82, this one in 92 to 95 and
+in 95.
 """
 
-from collections.abc import Mapping
-from typing import Any, Final, Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.evaluation.metrics import accuracy_by_group
-from afferents.evaluation.schemas import Accuracies, Difference
-from afferents.folds.held_out import Group, Split, column_of, group_in, key_of, order
-from afferents.folds.splits import groups_of_samples
+from afferents.evaluation.results import Difference
+from afferents.folds.held_out import Group, column_of, group_in, order
 
 TEXTURE: Final = "texture"
 SESSION: Final = "session"
 """What may be drawn anew (the bootstrap unit), as summaries name it."""
+RESAMPLES = 2000
+
+Counts = NDArray[np.float64]
+"""Shape (unit, seed, 2): test samples recognised, and all."""
 
 
-def bootstrap_unit_of(n_sources: int, predictions: pd.DataFrame) -> Literal["texture", "session"]:
-    """Return what is drawn anew of an evaluation of so many sessions.
+def choose_bootstrap_unit(
+    n_sources: int, predictions: pd.DataFrame
+) -> Literal["texture", "session"]:
+    """Return what is drawn anew of an evaluation of this many sessions.
 
     Sessions are, where each group held out was tested in several: one that is a group of its own,
     or the only one tested, stands for no other.
@@ -47,25 +60,6 @@ def numbered(name: str, number: int) -> str:
 def source_number(name: str) -> str:
     """Return the number of the source in a name that `numbered` has made."""
     return name.partition(":")[0]
-
-
-# How sure an accuracy is, and the difference of two, by bootstrap over units and seeds.
-#
-# What is drawn anew is the unit of the experiment, whole. Where several sessions were
-# evaluated that is the session. In a single session it is the texture, with all that was tested of
-# it at every speed held out: a model that takes one drum for its neighbour does so at most speeds,
-# so that a drum's recordings at ten speeds are nowhere near ten independent trials.
-#
-# The interval is Student's t times the bootstrap's standard error, with one degree of freedom less
-# than there are units (Hesterberg, What Teachers Should Know About the Bootstrap, The American
-# Statistician 69:371, 2015). Percentiles of the same draws are too narrow of so few: of 13 textures
-# they hold the truth in 89 to 92 of 100 cases and of five sessions in 82, this one in 92 to 95 and
-# in 95.
-
-RESAMPLES = 2000
-
-Counts = NDArray[np.float64]
-"""Shape (unit, seed, 2): test samples recognised, and all."""
 
 
 class Interval(NamedTuple):
@@ -163,7 +157,7 @@ class Accuracy:
 
 def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
     """95% interval of the mean over groups of the accuracy; 0 to 1 of a single unit."""
-    return interval_of(accuracy.mean(), accuracy.resampled(seed), len(accuracy.units))
+    return t_interval(accuracy.mean(), accuracy.resampled(seed), len(accuracy.units))
 
 
 def intervals_by_group(accuracy: Accuracy) -> dict[Group, Interval]:
@@ -171,86 +165,11 @@ def intervals_by_group(accuracy: Accuracy) -> dict[Group, Interval]:
     found = {}
     for group, drawn in accuracy.drawn().items():
         right, n = accuracy.counts[group].sum(axis=1).T
-        found[group] = interval_of(float(right.sum() / n.sum()), drawn, int(np.sum(n > 0)))
+        found[group] = t_interval(float(right.sum() / n.sum()), drawn, int(np.sum(n > 0)))
     return found
 
 
-def accuracies_of(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
-    """Return the fields of means, intervals and worst group of samples, recordings or touches."""
-    by_group = accuracy_by_group(predictions)
-    accuracy = Accuracy(count_right(predictions, bootstrap_unit))
-    intervals = intervals_by_group(accuracy)
-    worst = min(by_group, key=lambda group: by_group[group])
-    return {
-        "mean_accuracy": sum(by_group.values()) / len(by_group),
-        "ci95": bootstrap_interval(accuracy),
-        "by": {key_of(group): share for group, share in by_group.items()},
-        "ci95_by": {key_of(group): interval for group, interval in intervals.items()},
-        "worst": key_of(worst),
-    }
-
-
-def accuracy_interval(y: ArrayLike, predicted: ArrayLike, groups: ArrayLike) -> Accuracies:
-    """Return the share recognised, mean over groups held out, with its interval as in `evaluate`.
-
-    The interval says how much the accuracy would differ with other textures; it is 0 to 1 of a
-    single one.
-
-    Parameters
-    ----------
-    y, predicted
-        True and predicted texture of every sample, (n,).
-    groups
-        What was held out when a sample was tested, such as its speed, (n,).
-
-    Returns
-    -------
-    Accuracies
-        `mean_accuracy`, its `ci95` (low, high), `by` group and `ci95_by` group: shares, 0 to 1.
-
-    Raises
-    ------
-    InputError
-        If they differ in length, or a sample has no group.
-
-    Examples
-    --------
-    >>> found = accuracy_interval(list("ababab"), list("ababbb"), [10, 10, 20, 20, 40, 40])
-    >>> found.mean_accuracy, found.by
-    (0.8333333333333334, {'10': 1.0, '20': 1.0, '40': 0.5})
-    """
-    columns = {"y": y, "predicted": predicted, "groups": groups_of_samples(groups)}
-    require_equal_lengths(columns)
-    table = predictions_of(y, predicted, columns["groups"], columns["groups"])
-    return Accuracies(**accuracies_of(table, TEXTURE))
-
-
-def predictions_of(
-    y: ArrayLike, predicted: ArrayLike, groups: ArrayLike, recordings: ArrayLike
-) -> pd.DataFrame:
-    """Return a table of predictions, a row a sample, as `count_right` reads it."""
-    return pd.DataFrame({
-        Split.column: np.asarray(groups),
-        "recording": np.asarray(recordings),
-        "true_texture": np.asarray(y),
-        "predicted_texture": np.asarray(predicted),
-    })  # fmt: skip
-
-
-def require_equal_lengths(arrays: Mapping[str, Any]) -> None:
-    """Refuse arrays, by their names, that are not all of as many samples.
-
-    Raises
-    ------
-    InputError
-        Saying how many each has.
-    """
-    if len({len(one) for one in arrays.values()}) > 1:
-        found = ", ".join(map(str, map(len, arrays.values())))
-        raise InputError(f"{', '.join(arrays)}: expected as many samples in each, found {found}")
-
-
-def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float = 0.0) -> Interval:
+def t_interval(mean: float, drawn: NDArray[np.float64], n: int, lowest: float = 0.0) -> Interval:
     """Return the 95% interval of a mean of `n` units that was drawn anew.
 
     Parameters
@@ -260,7 +179,7 @@ def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float =
     lowest
         That the mean may be; 1 is the highest.
     """
-    from scipy.special import stdtrit  # workers need none of it
+    from scipy.special import stdtrit  # workers do without
 
     if n < 2:  # a single one says nothing of others
         return Interval(lowest, 1.0)
@@ -287,5 +206,5 @@ def paired_difference(one: Accuracy, other: Accuracy) -> Difference:
     a, b = (Accuracy(side.table.merge(common)) for side in (one, other))
     mean = a.mean() - b.mean()
     drawn = a.resampled() - b.resampled()
-    interval = interval_of(mean, drawn, len(a.units), lowest=-1.0)
+    interval = t_interval(mean, drawn, len(a.units), lowest=-1.0)
     return Difference(difference=mean, ci95=interval)

@@ -1,11 +1,11 @@
 """What can be chosen of an evaluation or a training: one list for Python, shell, files and report.
 
 A field here is an option everywhere: `afferents.evaluate(..., split="trial")`, ``evaluate --split
-trial``, ``split = "trial"`` in a file that ``--config`` names, and the line of the report that says
-what was asked for. Beside the fields stand options of encodings, such as ``frames=20``.
+trial``, ``split = "trial"`` in a file that ``--config`` names, and the line of the report with what
+was chosen. Options of encodings, such as ``frames=20``, stand next to the fields.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -38,12 +38,12 @@ from afferents.documents import reason_in
 from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
-from afferents.folds.bands import name_of
+from afferents.folds.bands import name_bands
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
-from afferents.models.model import Model, list_names
+from afferents.models.model import listed
 from afferents.store.trimming import Steady, steady_in, written
 
 _Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
@@ -54,43 +54,14 @@ _ELSEWHERE = frozenset({
 """What a summary has entries of its own for, and what changes no number."""
 
 
-def _several(given: Any) -> Any:
+def _as_list(given: Any) -> Any:
     """Return a number as a list of one, as a file may give it; all else as it is."""
     return [given] if isinstance(given, int | float) else given
 
 
-def _names(given: str | float | Iterable[Any]) -> tuple[str, ...]:
-    parts = given.split(",") if isinstance(given, str) else _several(given)
+def _read_names(given: str | float | Iterable[Any]) -> tuple[str, ...]:
+    parts = given.split(",") if isinstance(given, str) else _as_list(given)
     return tuple(str(part).strip() for part in parts)
-
-
-def _speeds(given: str | float | Iterable[float]) -> tuple[float, ...]:
-    return parse_speeds(given) if isinstance(given, str) else tuple(map(float, _several(given)))
-
-
-def _conditions(given: Mapping[str, str] | Iterable[str]) -> dict[str, str]:
-    if isinstance(given, Mapping):
-        return {str(name): text_of(value) for name, value in given.items()}
-    return conditions_in([given] if isinstance(given, str) else given, "--without")
-
-
-def _condition(given: str | Mapping[str, str] | Sequence[str]) -> tuple[str, str]:
-    pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
-    ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
-    return str(name), text_of(value)
-
-
-def _corruption(option: str) -> Callable[[Any], Corruption]:
-    return lambda given: Corruption.of(given, option)
-
-
-def _named(models: Any) -> str:
-    several = [models] if isinstance(models, str | Model) else models
-    return ",".join(one.name if isinstance(one, Model) else one for one in several)
-
-
-def _edges(given: str | float | Iterable[Any]) -> str:
-    return given if isinstance(given, str) else ",".join(f"{edge:g}" for edge in _several(given))
 
 
 class TrainingOptions(BaseModel):
@@ -129,9 +100,9 @@ class TrainingOptions(BaseModel):
     steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
     says, else all but 2.5 s at each end)."""
-    disturb_training: Annotated[Corruption, BeforeValidator(_corruption("--disturb-training"))] = (
-        Corruption()
-    )
+    disturb_training: Annotated[
+        Corruption, BeforeValidator(lambda given: Corruption.of(given, "--disturb-training"))
+    ] = Corruption()
     """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
     the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
     lost), seed=0."""
@@ -147,10 +118,12 @@ class TrainingOptions(BaseModel):
     @classmethod
     def _in_one_sentence(cls, given: Any, validate: Callable[[Any], Self]) -> Self:
         try:
-            asked = {name: v for name, v in dict(given).items() if v is not None}
-            if bands := asked.pop("bands", ""):  # what is held out has one name
-                asked["split"] = name_of(asked.get("split", SPEED.name), _edges(bands))
-            return validate(asked)
+            chosen = {name: v for name, v in dict(given).items() if v is not None}
+            if bands := chosen.pop("bands", ""):  # what is held out has one name
+                if not isinstance(bands, str):
+                    bands = ",".join(f"{edge:g}" for edge in _as_list(bands))
+                chosen["split"] = name_bands(chosen.get("split", SPEED.name), bands)
+            return validate(chosen)
         except ValidationError as error:
             fault = error.errors()[0]
             raise InputError(
@@ -179,14 +152,10 @@ class TrainingOptions(BaseModel):
         """What is held out, as the code that splits knows it."""
         return split_named(self.split)
 
-    @property
-    def compute(self) -> Compute:
-        """What networks run on, and in which precision."""
-        return Compute(self.device, self.precision)
-
     def training(self, network: str) -> TrainingConfig:
         """Return how a network is trained; by name, see `models.config.RECIPES`."""
-        return self.recipe.training(self.preset, network, self.compute, self.statistics)
+        compute = Compute(self.device, self.precision)
+        return self.recipe.training(self.preset, network, compute, self.statistics)
 
     @property
     def encoding(self) -> dict[str, Any]:
@@ -213,7 +182,7 @@ class EvaluationOptions(TrainingOptions):
     """What can be chosen of an evaluation; frozen, and checked when it is made.
 
     Every field is an option of `afferents.evaluate` and of the command line; any other name is
-    taken for an option of an encoding, such as `frames`.
+    an option of an encoding, such as `frames`.
 
     Raises
     ------
@@ -227,7 +196,14 @@ class EvaluationOptions(TrainingOptions):
     ((20.0, 50.0), (0,), {'frames': 5})
     """
 
-    models: Annotated[Any, PlainSerializer(_named)] = MODELS_ASKED
+    models: Annotated[
+        Any,
+        PlainSerializer(
+            lambda given: ",".join(
+                one if isinstance(one, str) else one.name for one in listed(given)
+            )
+        ),
+    ] = MODELS_ASKED
     """Names, comma-separated: 'all' for the paper's Table 1, 'best' for what we recommend for such
     data, 'chance' and 'nearest' to compare with, FILE.py:NAME for one of your own."""
     protocol: str = "nested"
@@ -239,20 +215,18 @@ class EvaluationOptions(TrainingOptions):
     seeds: tuple[_Seed, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)
     """How many seeds each model is trained with (default: 1).
 
-    In Python it may also be said which: ``seeds=(3, 5)``.
+    In Python a list names them: ``seeds=(3, 5)``.
     """
-    textures: Annotated[tuple[str, ...], BeforeValidator(_names)] = ()
+    textures: Annotated[tuple[str, ...], BeforeValidator(_read_names)] = ()
     """Use only these textures: folder names or the paper's letters."""
-    speeds: Annotated[tuple[float, ...], BeforeValidator(_speeds)] = ()
+    speeds: tuple[float, ...] = ()
     """Use only these speeds, mm/s: 10,50,100 or 10..100:30."""
     markers: float = 1.0
     """Share of the markers that tactile images show, evenly spread."""
     train_speeds: int | None = None
     """How many speeds each fold trains on (default: all it has)."""
     test_only: Annotated[
-        tuple[str, str] | None,
-        BeforeValidator(_condition),
-        PlainSerializer(lambda pair: pair and dict([pair])),
+        tuple[str, str] | None, PlainSerializer(lambda pair: pair and dict([pair]))
     ] = None
     """Test only recordings with this condition and train on the others: repetition=1."""
     speed_change: float | None = Field(default=None, gt=0)
@@ -260,16 +234,19 @@ class EvaluationOptions(TrainingOptions):
     to the fastest moment."""
     held_out: tuple[Group, ...] = ()
     """Hold out only these speeds, mm/s, or values of --split's condition (default: each)."""
-    without: Annotated[dict[str, str], BeforeValidator(_conditions)] = Field(default_factory=dict)
+    without: dict[str, str] = Field(default_factory=dict)
     """Leave out recordings with this condition: pressure=F250."""
     penalty: Penalty = "fixed"
     """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
     each fold by leaving out its training speeds in turn ('searched')."""
-    disturb: Annotated[Corruption, BeforeValidator(_corruption("--disturb"))] = Corruption()
-    """Corrupt the recordings that are tested, in the words of --disturb-training."""
+    disturb: Annotated[
+        Corruption, BeforeValidator(lambda given: Corruption.of(given, "--disturb"))
+    ] = Corruption()
+    """Corrupt the recordings that are tested, as --disturb-training does others."""
     control: Control = "none"
-    """Take from all recordings what should tell textures apart: 'permuted' labels, time 'shuffled',
-    'offsets' or 'amplitudes' of channels alone. What is recognised then rests on something else."""
+    """Take from all recordings what should distinguish textures: 'permuted' labels, time
+    'shuffled', 'offsets' or 'amplitudes' of channels alone. What is recognised then rests on
+    something else."""
     keep_going: bool = False
     """Skip recordings that fail, name them, and exit with code 3."""
     workers: int | None = Field(default=None, ge=1)
@@ -283,6 +260,27 @@ class EvaluationOptions(TrainingOptions):
         protocols(given)
         return given
 
+    @field_validator("speeds", mode="before")
+    @classmethod
+    def _read_speeds(cls, given: Any) -> tuple[float, ...]:
+        if isinstance(given, str):
+            return parse_speeds(given)
+        return tuple(map(float, _as_list(given)))
+
+    @field_validator("without", mode="before")
+    @classmethod
+    def _read_conditions(cls, given: Any) -> dict[str, str]:
+        if isinstance(given, Mapping):
+            return {str(name): text_of(value) for name, value in given.items()}
+        return conditions_in([given] if isinstance(given, str) else given, "--without")
+
+    @field_validator("test_only", mode="before")
+    @classmethod
+    def _read_condition(cls, given: Any) -> tuple[str, str]:
+        pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
+        ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
+        return str(name), text_of(value)
+
     @field_validator("seeds", mode="before")
     @classmethod
     def _count_seeds(cls, given: Any, info: ValidationInfo) -> tuple[int, ...]:
@@ -295,15 +293,21 @@ class EvaluationOptions(TrainingOptions):
                 raise InputError(f"--seeds: expected how many seeds, 1 or more, found '{given}'")
             first = info.data.get("seed", 0)
             return tuple(range(first, first + count))
-        return tuple(dict.fromkeys(_several(given)))
+        return tuple(dict.fromkeys(_as_list(given)))
 
     @field_validator("held_out", mode="before")
     @classmethod
     def _read_groups(cls, given: Any, info: ValidationInfo) -> tuple[Group, ...]:
         split = split_named(info.data.get("split", SPEED.name))
         if isinstance(given, str):
-            given = parse_speeds(given, "--held-out") if split == SPEED else _names(given)
-        return split.read(_several(given), "--held-out")
+            given = parse_speeds(given, "--held-out") if split == SPEED else _read_names(given)
+        given = _as_list(given)
+        if split != SPEED:
+            return tuple(map(text_of, given))
+        try:
+            return tuple(map(float, given))
+        except (TypeError, ValueError):
+            raise InputError(f"--held-out: expected speeds in mm/s, found {given!r}") from None
 
     @model_validator(mode="after")
     def _check_shares(self) -> Self:
@@ -313,7 +317,7 @@ class EvaluationOptions(TrainingOptions):
     def given(self) -> dict[str, Any]:
         """Return the same ready for JSON; seeds in a row as a number, so that the first may change.
 
-        What stands in a file is asked for again with another `seed` beside it.
+        What stands in a file may be taken again together with another `seed`.
         """
         written_out, n = super().given(), len(self.seeds)
         if "seeds" in written_out and self.seeds == tuple(range(self.seed, self.seed + n)):
@@ -333,30 +337,19 @@ class EvaluationOptions(TrainingOptions):
         """Whether anything of the held-out speed may be seen before the test."""
         return protocols(self.protocol)
 
-    @property
-    def may_leave_out(self) -> bool:
-        """Whether models that the data don't support are left out instead of refused."""
-        return "all" in list_names(self.models)
 
-
-def words_of(options: Mapping[str, Any]) -> list[str]:
-    """Return options by name, as `TrainingOptions.given` has them, as words of a command line."""
+def shell_words(options: Mapping[str, Any]) -> list[str]:
+    """Return options by name, as `TrainingOptions.given` has them, as a shell takes them."""
     flags = {name: option.flag for name, option in encoding_options().items()}
-    return [
-        word
-        for name, value in options.items()
-        for text in _texts(name, value)
-        for word in (flags.get(name, flag_of(name)), text)
-    ]
-
-
-def _texts(name: str, value: Any) -> Iterator[str]:
-    """Yield a value as it is typed, once for each time that its option is given."""
-    if isinstance(value, dict):
-        pairs = [f"{key}={_text(one)}" for key, one in value.items()]
-        yield from pairs if name == "without" else [",".join(pairs)] * (name != "recipe")
-    else:
-        yield ",".join(map(_text, value)) if isinstance(value, list | tuple) else _text(value)
+    words: list[str] = []
+    for name, value in options.items():
+        texts = [",".join(map(_text, value)) if isinstance(value, list | tuple) else _text(value)]
+        if isinstance(value, dict):
+            pairs = [f"{key}={_text(one)}" for key, one in value.items()]
+            texts = pairs if name == "without" else [",".join(pairs)]
+            texts = [] if name == "recipe" else texts  # made in Python: no file to name
+        words += [word for text in texts for word in (flags.get(name, flag_of(name)), text)]
+    return words
 
 
 def _text(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
+"""Fewer textures, speeds, markers or training speeds: as a lab might have, of what there is."""
 
 import re
 from collections.abc import Collection, Sequence
@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
@@ -75,10 +74,14 @@ class Ablation:
         InputError
             If one of them is not in the data.
         """
-        there = textures_of(recordings)
-        speeds = speeds_of(recordings)
-        textures = [_known_texture(name, there) for name in self.textures] or there
-        SPEED.require(self.speeds_mm_s, speeds, "--speeds")
+        there, textures = textures_of(recordings), []
+        for name in self.textures:
+            known = folder_of(name) if name not in there and name in tuple(LETTERS) else name
+            if known not in there:
+                raise InputError(f"--textures: expected some of {', '.join(there)}, found '{name}'")
+            textures.append(known)
+        textures = textures or there
+        SPEED.require(self.speeds_mm_s, speeds_of(recordings), "--speeds")
         wanted = self.speeds_mm_s
         return [
             r
@@ -92,7 +95,7 @@ class Ablation:
         Raises
         ------
         InputError
-            If none, or all, are under the condition asked for.
+            If none, or all, are under the condition given.
         """
         if self.test_only is None:
             return frozenset()
@@ -129,7 +132,7 @@ class Ablation:
         return response.where(at % 1 < self.markers, 0)
 
     def fold(self, fold: Fold, samples: Samples, tested: Collection[str] = ()) -> Fold:
-        """Return the fold with fewer speeds to train on, and the recordings asked for to test.
+        """Return the fold with fewer speeds to train on, and some recordings alone to test.
 
         Parameters
         ----------
@@ -139,13 +142,26 @@ class Ablation:
         Raises
         ------
         InputError
-            If it has not so many, or nothing is left to learn from or to test.
+            If it has fewer speeds than that, or nothing is left to learn from or to test.
         """
         if tested:
-            fold = _apart(fold, np.isin(samples[dims.RECORDING].values, list(tested)))
-        return fold if self.train_speeds is None else self._fewer_speeds(fold, samples)
+            is_tested = np.isin(samples[dims.RECORDING].values, list(tested))
+            fold = replace(
+                fold,
+                train=fold.train[~is_tested[fold.train]],
+                validation=fold.validation[~is_tested[fold.validation]],
+                test=fold.test[is_tested[fold.test]],
+            )
+            for name in ("train", "validation", "test"):
+                if len(getattr(fold, name)) == 0:
+                    found = f"nothing to {name} with {fold.split.printed(fold.held_out)} held out"
+                    raise InputError(
+                        f"--test-only: expected some of both kinds at every {fold.split.name}, "
+                        f"found {found}"
+                    )
+        return fold if self.train_speeds is None else self._take_speeds(fold, samples)
 
-    def _fewer_speeds(self, fold: Fold, samples: Samples) -> Fold:
+    def _take_speeds(self, fold: Fold, samples: Samples) -> Fold:
         assert self.train_speeds is not None
         speeds = samples[dims.SPEED].values[fold.train]
         if np.isnan(speeds).any():
@@ -167,24 +183,6 @@ class Ablation:
             np.isin(samples[dims.SPEED].values[fold.validation], there[places])
         ]
         return replace(fold, train=train, validation=validation)
-
-
-def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:
-    """Return the fold that tests some samples alone, and learns from the others alone."""
-    kept = replace(
-        fold,
-        train=fold.train[~tested[fold.train]],
-        validation=fold.validation[~tested[fold.validation]],
-        test=fold.test[tested[fold.test]],
-    )
-    for name in ("train", "validation", "test"):
-        if len(getattr(kept, name)) == 0:
-            found = f"nothing to {name} with {fold.split.printed(fold.held_out)} held out"
-            raise InputError(
-                f"--test-only: expected some of both kinds at every {fold.split.name}, found "
-                f"{found}"
-            )
-    return kept
 
 
 def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...]:
@@ -210,11 +208,3 @@ def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...
     if text and not speeds:
         raise InputError(f"{option}: expected mm/s as in 10,50,100 or 10..100:30, found '{text}'")
     return tuple(float(v) for v in dict.fromkeys(speeds))
-
-
-def _known_texture(name: str, there: Sequence[str]) -> str:
-    if name in there:
-        return name
-    if name in tuple(LETTERS) and (folder := folder_of(name)) in there:
-        return folder
-    raise InputError(f"--textures: expected some of {', '.join(there)}, found '{name}'")

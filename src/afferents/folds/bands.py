@@ -6,8 +6,7 @@ learnt from.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,56 +33,28 @@ class ByBand(Split):
 
     whole = False
 
-    @property
-    def of_what(self) -> str:
-        """What bands are of: speed or force."""
-        return self.name.partition("-")[0]
-
-    @property
-    def unit(self) -> str:  # type: ignore[override]
-        """Of the edges."""
-        return UNITS[self.of_what]
-
-    @property
-    def title(self) -> str:
-        """Return `band of speed`."""
-        return f"band of {self.of_what}"
+    def __init__(self, name: str) -> None:
+        """Set the words, and the edges that the name gives; none of quantiles."""
+        super().__init__(name)
+        self.of_what, *edges = name.split("-")
+        self._given = [] if edges[0] == "in" else [float(edge) for edge in edges]
+        self.unit = UNITS[self.of_what]
+        self.title, self.many = f"band of {self.of_what}", f"bands of {self.of_what}"
+        self.one = f"a {self.title}"
+        self.axis = f"{self.title}, from ({self.unit.strip()})"
+        self.divided = f"The {self.of_what} in recordings of each"
+        self.at_as = f"in the bands of {self.of_what} from {{}}{self.unit}"
 
     def settled(self, recordings: Sequence[Responses]) -> "ByBand":
         """Return it with the edges that quantiles come to."""
         edges = "-".join(f"{edge:g}" for edge in self.edges(recordings))
         return ByBand(f"{self.of_what}-{edges}")
 
-    @property
-    def many(self) -> str:
-        """Return `bands of speed`."""
-        return f"bands of {self.of_what}"
-
-    @property
-    def axis(self) -> str:
-        """Return what groups are named by."""
-        return f"band of {self.of_what}, from ({self.unit.strip()})"
-
-    @property
-    def divided(self) -> str:  # type: ignore[override]
-        """Return what is divided, in words."""
-        return f"The {self.of_what} in recordings of each"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        """Return `in the bands of speed from 20, 40 mm/s`."""
-        return f"in the bands of {self.of_what} from {', '.join(map(key_of, groups))}{self.unit}"
-
     def printed(self, group: Group) -> str:
         """Return `speed 20 to 40 mm/s`, or where the edges are not known yet its lower one."""
         later = [edge for edge in self._given if edge > float(group)]
         end = f" to {later[0]:g}{self.unit}" if later else f"{self.unit} and more"
         return f"{self.of_what} {key_of(group)}{end if self._given else self.unit + ' on'}"
-
-    @cached_property
-    def _given(self) -> tuple[float, ...]:
-        """The edges that the name says; none of quantiles."""
-        _, *edges = self.name.split("-")
-        return () if edges[0] == "in" else tuple(map(float, edges))
 
     def edges(self, recordings: Iterable[Responses]) -> NDArray[np.float64]:
         """Return the edges between bands, ascending, in the unit.
@@ -104,7 +75,7 @@ class ByBand(Split):
             if (np.diff(edges) <= 0).any():
                 raise InputError(
                     f"--bands: expected edges such as 20,40, or how many bands, found {n}, which "
-                    f"is more than the {self.of_what} tells apart; ask for fewer"
+                    f"is more than the {self.of_what} has values for; take fewer"
                 )
         if (edges <= 0).any() or (np.diff(edges) <= 0).any():
             found = ", ".join(f"{edge:g}" for edge in edges)
@@ -117,7 +88,7 @@ class ByBand(Split):
         Raises
         ------
         InputError
-            If a recording does not say how its speed, or the force, went.
+            If it is not known how the speed, or the force, of a recording went.
         """
         there = list(recordings)
         return self._bands_in([self._moments(one) for one in there], self.edges(there))
@@ -127,16 +98,12 @@ class ByBand(Split):
     ) -> list[Group]:
         found = {n for its in moments for n in np.searchsorted(edges, its, side="right")}
         if len(found) < 2:
+            listed = ", ".join(f"{edge:g}" for edge in edges)
             raise InputError(
                 f"--bands: expected edges between which the {self.of_what} lies, which goes from "
-                f"{self._range(moments)}, found {', '.join(f'{edge:g}' for edge in edges)}; take "
-                "others"
+                f"{spread(moments)}{self.unit}, found {listed}; take others"
             )
         return [self._name(n, edges) for n in sorted(found)]
-
-    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return no group for any: a recording may go through all bands."""
-        return {str(responses.attrs["name"]): "" for responses in recordings}
 
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return the samples that lie in one band, with its lower edge.
@@ -151,7 +118,8 @@ class ByBand(Split):
         bands = np.full(len(samples), -1)
         for responses in there:
             its = np.flatnonzero(names == str(responses.attrs["name"]))
-            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in _EXTENT)
+            extent = (dims.START, dims.STOP)
+            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in extent)
             _, low, high = self._series(responses).over(start, stop)
             first, last = (np.searchsorted(edges, ends, side="right") for ends in (low, high))
             bands[its] = np.where((first == last) & np.isfinite(low), first, -1)
@@ -164,12 +132,9 @@ class ByBand(Split):
         whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, found)})
         kept = whole.isel({dims.SAMPLE: np.flatnonzero(bands != -1)})
         moments = [self._moments(one) for one in there]
-        wider = f"other bands (--bands; the {self.of_what} goes from {self._range(moments)})"
+        wider = f"other bands (--bands; the {self.of_what} goes from {spread(moments)}{self.unit})"
         require_everywhere(self, kept, self._bands_in(moments, edges), wider)
         return kept
-
-    def _range(self, moments: Sequence[NDArray[np.float64]]) -> str:
-        return f"{spread(moments)}{self.unit}"
 
     def _name(self, n: int, edges: NDArray[np.float64]) -> str:
         return f"{edges[n - 1]:g}" if n else "0"
@@ -180,9 +145,9 @@ class ByBand(Split):
 
     def _series(self, responses: Responses) -> Series:
         if self.of_what == "force":
-            found, do = force_along(responses), "keep a log of force beside it"
+            found, do = force_along(responses), "keep a log of force next to it"
         else:
-            found, do = speed_along(responses), "say its speed_mm_s, or keep a log of it beside it"
+            found, do = speed_along(responses), "give its speed_mm_s, or keep a log next to it"
             if found is None and (speed := speed_of(responses)) is not None:
                 found = Series(np.array([0.0, 1e6]), np.array([speed, speed]))
         if found is None:
@@ -193,11 +158,8 @@ class ByBand(Split):
         return found
 
 
-_EXTENT = (dims.START, dims.STOP)
-
-
-def name_of(split: str, bands: str) -> str:
-    """Return the name of the split by bands that `--split` and `--bands` ask for.
+def name_bands(split: str, bands: str) -> str:
+    """Return the name of the split by bands, from the values of `--split` and `--bands`.
 
     Raises
     ------

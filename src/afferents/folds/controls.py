@@ -1,4 +1,4 @@
-"""Controls: recordings from which was taken what should tell their textures apart.
+"""Controls: recordings from which was taken what should distinguish their textures.
 
 What is recognised all the same rests on something else: loudness, an offset of the day, or a
 mistake of whoever made the data or the model.
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.folds.corruption import of_no_digest, with_markers
+from afferents.folds.corruption import drop_digest, replace_markers
 from afferents.folds.held_out import Split, order
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, read_whole, steady_s
@@ -29,12 +29,12 @@ CONTROLS: dict[str, str] = {
 Floats = NDArray[np.floating]
 
 
-def controls_of(split: Split) -> tuple[str, ...]:
-    """Return the controls that can be asked: between parts of a recording labels can't be named."""
+def list_controls(split: Split) -> tuple[str, ...]:
+    """Return the controls that can be made: labels of parts of a recording can't be exchanged."""
     return tuple(name for name in CONTROLS if split.whole or name != "permuted")
 
 
-def controlled(recordings: Sequence[Responses], control: str, split: Split) -> list[Responses]:
+def apply_control(recordings: Sequence[Responses], control: str, split: Split) -> list[Responses]:
     """Return recordings as a control leaves them.
 
     What is drawn depends on the recording's name alone, so that every process draws the same.
@@ -54,7 +54,16 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
     if control == "none":
         return list(recordings)
     if control == "permuted":
-        return _permuted(recordings, split)
+        if not split.whole:
+            raise InputError(
+                "--control permuted: expected whole recordings to be held out, found --split "
+                f"{split.name}, where both sides of a recording would have one false texture"
+            )
+        groups = split.by_recording(recordings)
+        of = np.array([groups[str(one.attrs["name"])] for one in recordings])
+        textures = np.array([str(one.attrs[dims.TEXTURE]) for one in recordings])
+        named = zip(recordings, exchange_labels(textures, of).tolist(), strict=True)
+        return [one.assign_attrs({dims.TEXTURE: texture}) for one, texture in named]
     if any(map(dims.of_cells, recordings)):
         expected = "sound or markers, whose ways can be changed"
         raise InputError(f"--control {control}: expected {expected}, found cells; take 'permuted'")
@@ -67,26 +76,10 @@ def controlled(recordings: Sequence[Responses], control: str, split: Split) -> l
     return [one.changed(control, usual) for one in each]
 
 
-def _permuted(recordings: Sequence[Responses], split: Split) -> list[Responses]:
-    """Name textures otherwise in each group.
+def exchange_labels(labels: NDArray[Any], groups: NDArray[Any]) -> NDArray[Any]:
+    """Return labels (n,) by which textures are named otherwise in each group, (n,).
 
     So what is learnt of a texture in one group is false in another, however few textures there are.
-    """
-    if not split.whole:
-        raise InputError(
-            "--control permuted: expected whole recordings to be held out, found --split "
-            f"{split.name}, where both sides of a recording would have one false texture"
-        )
-    groups = split.by_recording(recordings)
-    of = np.array([groups[str(one.attrs["name"])] for one in recordings])
-    named = exchanged(np.array([str(one.attrs[dims.TEXTURE]) for one in recordings]), of).tolist()
-    return [
-        one.assign_attrs({dims.TEXTURE: its}) for one, its in zip(recordings, named, strict=True)
-    ]
-
-
-def exchanged(labels: NDArray[Any], groups: NDArray[Any]) -> NDArray[Any]:
-    """Return labels (n,) by which textures are named otherwise in each group, (n,).
 
     In the first group as they are, in the next by the next in a list, then by the next but one.
     """
@@ -100,7 +93,7 @@ def exchanged(labels: NDArray[Any], groups: NDArray[Any]) -> NDArray[Any]:
 
 
 def stands_out(left: float, own: float, chance: float, n_recordings: int) -> bool:
-    """Return whether a control leaves so much that the model's accuracy may rest on it.
+    """Return whether a control leaves enough that the model's accuracy may rest on it.
 
     That is half of what the model has above chance, 10 points, and more than chance alone gives.
 
@@ -113,17 +106,17 @@ def stands_out(left: float, own: float, chance: float, n_recordings: int) -> boo
     return bool(left - chance > max((own - chance) / 2, 0.1, by_chance))
 
 
-def rng_of(recording: str) -> np.random.Generator:
+def make_rng(recording: str) -> np.random.Generator:
     """Return what draws for a recording: the same numbers in every process."""
     return np.random.default_rng(zlib.crc32(recording.encode()))
 
 
-def spread_of(values: Floats) -> float:
+def measure_spread(values: Floats) -> float:
     """Return the standard deviation over time of a series (time, ...), mean over its channels."""
     return float(np.nanmean(np.nanstd(values, axis=0)))
 
 
-def left_of(values: Floats, control: str, usual: float, rng: np.random.Generator) -> Floats:
+def change_series(values: Floats, control: str, usual: float, rng: np.random.Generator) -> Floats:
     """Return what a control leaves of a series (time, ...).
 
     Parameters
@@ -146,14 +139,14 @@ class _Series:
 
     def __init__(self, responses: Responses) -> None:
         self.responses = responses
-        self.rng = rng_of(str(responses.attrs["name"]))
+        self.rng = make_rng(str(responses.attrs["name"]))
         self.whole = {
             name: read_whole(responses, name)
             for name in (dims.RA2, dims.POSITION)
             if name in responses
         }
         self.spread = {
-            name: spread_of(one.values[self._used(name)]) for name, one in self.whole.items()
+            name: measure_spread(one.values[self._used(name)]) for name, one in self.whole.items()
         }
 
     def _used(self, name: str) -> slice:
@@ -180,10 +173,10 @@ class _Series:
             rest = read_whole(found, dims.REST_POSITION) if name == dims.POSITION else None
             values = one.values - (0 if rest is None else rest.values)
             used = self._used(name)
-            values[used] = left_of(values[used], control, usual[name], self.rng)
+            values[used] = change_series(values[used], control, usual[name], self.rng)
             if rest is None:
-                found = found.assign({name: of_no_digest(one.copy(data=values))})
+                found = found.assign({name: drop_digest(one.copy(data=values))})
             else:
-                moved = of_no_digest(one.copy(data=(values + rest.values).astype(one.dtype)))
-                found = with_markers(found, moved, rest)
+                moved = drop_digest(one.copy(data=(values + rest.values).astype(one.dtype)))
+                found = replace_markers(found, moved, rest)
         return found

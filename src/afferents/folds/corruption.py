@@ -1,10 +1,13 @@
-"""Recordings corrupted on purpose, at test and in training: noise, lost frames and markers."""
+"""Recordings corrupted on purpose, at test and in training: noise, lost frames and markers.
+
+Amounts are drawn from a seed and the recording's name, so any process draws the same. The draw
+does not depend on the amount: twice the noise is the same noise twice as large.
+"""
 
 import re
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, replace
-from itertools import pairwise
+from dataclasses import asdict
 from typing import Any, Self
 
 import numpy as np
@@ -15,23 +18,13 @@ from pydantic.dataclasses import dataclass
 
 from afferents import dims
 from afferents.channels import ra1, sa1
-from afferents.encodings.samples import Samples, concatenate
 from afferents.errors import InputError
-from afferents.folds.ablation import Ablation
-from afferents.folds.held_out import Group
-from afferents.folds.protocol import Fold
-from afferents.folds.splits import LeaveOneGroupOut
 from afferents.store.responses import Responses, read_whole
-
-# What corrupts recordings at test, and in training if asked: noise, lost frames, lost markers.
-#
-# Amounts are drawn from a seed and the recording's name, so any process draws the same. The draw
-# does not depend on the amount: twice the noise is the same noise twice as large.
 
 Floats = NDArray[np.floating[Any]]
 
 _SPELL_S = 1.0
-"""So long the same markers are lost."""
+"""For this time the same markers are lost."""
 _FORM = "as in markers=0.1,sound=-20dB,frames=0.05,lost=0.1,seed=1"
 _DRAWS = ("markers", "sound", "frames", "lost")
 _MOST = {"markers": np.inf, "sound": np.inf, "frames": 0.9, "lost": 0.9, "seed": np.inf}
@@ -77,7 +70,7 @@ class Corruption:
 
     @classmethod
     def of(cls, given: "str | float | Mapping[str, Any] | Corruption | None", option: str) -> Self:
-        """Return a corruption as somebody gives it: as text, by name, as it is, or none.
+        """Return a corruption as a user gives it: as text, by name, as it is, or none.
 
         Parameters
         ----------
@@ -104,7 +97,12 @@ class Corruption:
                 raise InputError(
                     f"{option}: expected some of {', '.join(_MOST)}, {_FORM}, found '{name}'"
                 )
-            values[name] = _number(name, value, option)
+            kind = int if name == "seed" else float
+            decibel = re.fullmatch(r"(.+?)\s*dB", str(value)) if name == "sound" else None
+            try:
+                values[name] = 10 ** (float(decibel[1]) / 20) if decibel else kind(value)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"{option}: expected {_FORM}, found '{name}={value}'") from error
         return cls(**values)
 
     @property
@@ -162,19 +160,6 @@ class Corruption:
         )
 
 
-def _number(name: str, value: Any, option: str) -> float | int:
-    """Return an amount; of sound a share, if it is given in dB."""
-    kind = int if name == "seed" else float
-    decibel = re.fullmatch(r"(.+?)\s*dB", str(value)) if name == "sound" else None
-    try:
-        return 10 ** (float(decibel[1]) / 20) if decibel else kind(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{option}: expected {_FORM}, found '{name}={value}'") from error
-
-
-# Responses as a corruption leaves them, and samples of which some are learnt, others tested.
-
-
 def corrupted(responses: Responses, of_vibration: bool, corruption: Corruption) -> Responses:
     """Return the responses to a recording, corrupted: its vibration, or what its markers do.
 
@@ -192,16 +177,12 @@ def corrupted(responses: Responses, of_vibration: bool, corruption: Corruption) 
     if of_vibration:
         whole = read_whole(responses, dims.RA2)
         noisy = corruption.with_noise(whole.values, name)
-        return responses.assign({dims.RA2: of_no_digest(whole.copy(data=noisy))})
+        return responses.assign({dims.RA2: drop_digest(whole.copy(data=noisy))})
     if dims.POSITION not in responses or dims.of_cells(responses):
         expected = "recordings with the positions of markers"
         raise InputError(
             f"--disturb: expected {expected}, found none in {name}; disturb the sound alone"
         )
-    return _with_markers(responses, corruption, name)
-
-
-def _with_markers(responses: Responses, corruption: Corruption, name: str) -> Responses:
     position = read_whole(responses, dims.POSITION)
     rest = read_whole(responses, dims.REST_POSITION)
     at_rest = int(responses.attrs.get("rest_frame", 0))
@@ -213,67 +194,27 @@ def _with_markers(responses: Responses, corruption: Corruption, name: str) -> Re
     seen[unseen] = np.nan
     left = corruption.left(len(seen), name)
     used = {dims.TIME: np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])}
-    moved = of_no_digest(position.copy(data=seen.astype(position.dtype)))
-    return with_markers(responses.isel(used), moved.isel(used), still)
+    moved = drop_digest(position.copy(data=seen.astype(position.dtype)))
+    return replace_markers(responses.isel(used), moved.isel(used), still)
 
 
-def with_markers(responses: Responses, position: xr.DataArray, rest: xr.DataArray) -> Responses:
+def replace_markers(responses: Responses, position: xr.DataArray, rest: xr.DataArray) -> Responses:
     """Return responses with other positions of the markers, (time, marker, space) and at rest, px.
 
     SA-I and RA-I are worked out anew.
     """
-    slow = sa1(position, of_no_digest(rest))
+    slow = sa1(position, drop_digest(rest))
     found = responses.assign({
         dims.POSITION: position,
         dims.DETECTED: position.notnull().all(dims.SPACE),
-        dims.REST_POSITION: of_no_digest(rest),
-        dims.SA1: of_no_digest(slow),
-        dims.RA1: of_no_digest(ra1(slow)),
+        dims.REST_POSITION: drop_digest(rest),
+        dims.SA1: drop_digest(slow),
+        dims.RA1: drop_digest(ra1(slow)),
     })  # fmt: skip
     return found.assign_attrs(responses.attrs)
 
 
-def of_no_digest(response: xr.DataArray) -> xr.DataArray:
+def drop_digest(response: xr.DataArray) -> xr.DataArray:
     """Return a response without the digest of its values, which it no longer has."""
     kept = {k: v for k, v in response.attrs.items() if k in (dims.UNITS, dims.SAMPLE_RATE)}
     return response.drop_attrs(deep=False).assign_attrs(kept)
-
-
-def in_variants(learnt: Samples, tested: Samples) -> Samples:
-    """Return samples that are learnt from, then those that are tested, one array.
-
-    The coordinate `variant` says which is which: 0 is learnt from, 1 is tested.
-    """
-    return concatenate([
-        part.assign_coords({dims.VARIANT: (dims.SAMPLE, np.full(len(part), number))})
-        for number, part in enumerate([learnt, tested])
-    ])  # fmt: skip
-
-
-def fold_of_variants(
-    splitter: LeaveOneGroupOut,
-    samples: Samples,
-    held_out: Group,
-    ablation: Ablation,
-    tested: frozenset[str],
-) -> tuple[int, Fold]:
-    """Return a fold and its rank: training samples of one variant, test samples of the other.
-
-    Where there are no variants it is the fold of the samples as they are.
-    """
-    rank, folds, offset = 0, [], 0
-    for part in _variants(samples):
-        rank, fold = splitter.fold(part, held_out)
-        fold = ablation.fold(fold, part, tested)
-        folds.append(replace(fold, test=fold.test + offset))
-        offset += len(part)
-    return rank, replace(folds[0], test=folds[-1].test)
-
-
-def _variants(samples: Samples) -> list[Samples]:
-    """Return the samples of each variant, as they stand one after the other."""
-    if dims.VARIANT not in samples.coords:
-        return [samples]
-    edges = np.flatnonzero(np.diff(samples[dims.VARIANT].values)) + 1
-    bounds = [0, *edges.tolist(), len(samples)]
-    return [samples.isel({dims.SAMPLE: slice(*pair)}) for pair in pairwise(bounds)]

@@ -1,16 +1,15 @@
 """What is held out: by what recordings form groups, of which one is held out at a time.
 
 A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
-files of a results folder. There are four kinds: by speed, which is the default, by a condition
-that recordings carry (`trial`, `repetition`, `pressure`, ...), by a pair of these, and by the arc
-of the drum that was touched, which goes through every recording.
+files of a results folder. Here are three kinds: by speed, which is the default, by a condition
+that recordings carry (`trial`, `repetition`, `pressure`, ...), and by a pair of these. Two divide
+recordings: `arcs`, by the arc of the drum that was touched, and `bands`, by speed or force.
 """
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,9 @@ from pydantic import Field
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, then
-from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
 from afferents.store.motion import has_speed
 from afferents.store.recording import natural_order
-from afferents.store.responses import Responses, conditions, speed_of, steady_s
+from afferents.store.responses import Responses, conditions, speed_of
 
 Group = float | str
 """A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
@@ -32,10 +30,10 @@ NAME = r"\w[\w .+-]*"
 """Of a condition."""
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
+_OF_PAIR = "/"
+"""Stands between the two of a cell."""
 _ALIKE = 0.02
-"""Speeds closer than this share of one another count as one: who learns one has seen both."""
-
-# What numbers and names in our files may be.
+"""Speeds closer than this share of one another count as one: to learn from one is to see both."""
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=0)]
@@ -47,16 +45,18 @@ SplitName = Annotated[str, Field(pattern=f"^{NAME}(,{NAME})?$")]
 Steady = tuple[Amount, Amount]
 
 
-@dataclass(frozen=True)
 class Split:
-    """By what recordings form groups: a condition that they carry, unless a subclass says else.
+    """By what recordings form groups: a condition that they carry, unless a subclass overrides it.
 
-    A model is asked in a trial, say, that it has never felt.
+    A model is tested on a trial, for example, that it has not learnt from.
 
     Attributes
     ----------
     name
         In commands and files.
+    title, one, many, axis
+        What a group is, in words: without an article, with it, several, and with its unit as an
+        axis has it.
     ordered
         Whether groups lie on a scale, so that some are between others.
     whole
@@ -73,54 +73,43 @@ class Split:
         Of the groups, with a space before it; none where they have none.
     divided
         What is divided into groups where recordings are not whole, in words.
+    printed_as, at_as
+        What `printed` and `at` fill in.
     """
 
-    name: str
+    ordered, whole = False, True
+    coordinate, column = dims.GROUP, "held_out_group"
+    groups, leaks = "groups", "group"
+    unit = divided = ""
 
-    ordered: ClassVar[bool] = False
-    whole: ClassVar[bool] = True
-    coordinate: ClassVar[str] = dims.GROUP
-    column: ClassVar[str] = "held_out_group"
-    groups: ClassVar[str] = "groups"
-    leaks: ClassVar[str] = "group"
-    unit: ClassVar[str] = ""
-    divided: ClassVar[str] = ""
+    def __init__(self, name: str) -> None:
+        """Set the words for a condition of that name."""
+        self.name = self.title = self.axis = name
+        self.one = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+        self.many = f"values of {name}"
+        self.printed_as, self.at_as = f"{name} {{}}", f"with {name} {{}}"
 
-    @property
-    def title(self) -> str:
-        """What a group is, in words without an article."""
-        return self.name
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Split) and self.name == other.name
+
+    def __hash__(self) -> int:
+        return hash(self.name)
 
     def settled(self, recordings: Sequence[Responses]) -> "Split":
         """Return it with what its groups take from the recordings that are used."""
         return self
 
-    @property
-    def one(self) -> str:
-        """A group, in words, with its article."""
-        return f"{'an' if self.title[:1].lower() in 'aeiou' else 'a'} {self.title}"
-
-    @property
-    def many(self) -> str:
-        """Groups, in words."""
-        return f"values of {self.name}"
-
-    @property
-    def axis(self) -> str:
-        """What groups are, with their unit, as an axis says it."""
-        return self.name
-
     def at(self, groups: Sequence[Group]) -> str:
         """Return where something was, in words: `at 10, 20 mm/s`, `with trial 1`."""
-        return f"with {self.name} {', '.join(map(key_of, groups))}"
+        return self.at_as.format(", ".join(map(key_of, groups)))
 
     def printed(self, group: Group) -> str:
         """Return a group in words: `10 mm/s`, `trial 1`."""
-        return f"{self.name} {key_of(group)}"
+        return self.printed_as.format(key_of(group))
 
     def named(self, group: Group) -> str:
         """Return a group with the name of what it is: `speed 10 mm/s`, `trial 1`."""
-        return self.printed(group)
+        return f"{self.name} {self.printed(group)}" if self.ordered else self.printed(group)
 
     def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
         """Return the groups that recordings are of, each once, in order.
@@ -139,16 +128,6 @@ class Split:
         of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
         return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
 
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        """Return groups as somebody names them.
-
-        Raises
-        ------
-        InputError
-            Naming the option, if one can't be one.
-        """
-        return tuple(map(text_of, wanted))
-
     def of(self, samples: Samples) -> NDArray[Any]:
         """Return the groups of samples, (n_samples,)."""
         return np.asarray(samples[self.coordinate].values)
@@ -158,7 +137,7 @@ class Split:
         return np.asarray(groups == group)
 
     def require(self, wanted: Iterable[Group], there: Collection[Group], option: str) -> None:
-        """Refuse groups that an option asks for and no recording is of.
+        """Refuse groups that an option names and no recording is of.
 
         Raises
         ------
@@ -172,13 +151,15 @@ class Split:
                 raise InputError(f"{option}: expected {expected}, found {key_of(group)}")
 
     def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return the groups of recordings by their names.
+        """Return the groups of recordings by their names; of recordings that are divided none.
 
         Raises
         ------
         InputError
             As `groups_of`.
         """
+        if not self.whole:
+            return {str(responses.attrs["name"]): "" for responses in recordings}
         declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
         lacking = [name for name, its in declared.items() if self.name not in its]
         if lacking:
@@ -199,28 +180,23 @@ class Split:
 
 
 class _BySpeed(Split):
-    """By the sliding speed, mm/s: a model is asked at a speed that it has never felt."""
+    """By the sliding speed, mm/s: a model is tested at a speed that it has not learnt from."""
 
     ordered = True
     coordinate, column = dims.SPEED, "held_out_speed_mm_s"
     groups, leaks, unit = "speeds_mm_s", "speed", " mm/s"
-    one, many, axis = "a speed", "speeds", "speed (mm/s)"
 
-    def at(self, groups: Sequence[Group]) -> str:
-        return f"at {', '.join(map(key_of, groups))}{self.unit}"
-
-    def printed(self, group: Group) -> str:
-        return f"{key_of(group)}{self.unit}"
-
-    def named(self, group: Group) -> str:
-        return f"speed {self.printed(group)}"
+    def __init__(self) -> None:
+        super().__init__("speed")
+        self.many, self.axis = "speeds", "speed (mm/s)"
+        self.printed_as, self.at_as = "{} mm/s", "at {} mm/s"
 
     def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
         found: dict[str, Group] = {}
         for responses in recordings:
             name, speed = str(responses.attrs["name"]), speed_of(responses)
             if speed is None:
-                do = "say it in the session (speed_mm_s) and extract again, or hold out something "
+                do = "give it in the session (speed_mm_s) and extract again, or hold out something "
                 do += "else, such as --split trial"
                 if has_speed(responses):
                     do = "it changes within the recording: hold out bands of it, as --bands 20,40"
@@ -237,7 +213,7 @@ class _BySpeed(Split):
             if fast - slow < _ALIKE * fast:
                 raise InputError(
                     f"{OPTION}: expected speeds that differ by {_ALIKE:.0%} or more, found "
-                    f"{slow:g} and {fast:g} mm/s: who learns from one has seen the other; declare "
+                    f"{slow:g} and {fast:g} mm/s: to learn from one is to see the other; declare "
                     "the same speed_mm_s for both, or leave one out with --speeds"
                 )
         return groups
@@ -245,45 +221,31 @@ class _BySpeed(Split):
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         return samples
 
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        try:
-            return tuple(float(speed) for speed in wanted)
-        except (TypeError, ValueError):
-            raise InputError(f"{option}: expected speeds in mm/s, found {wanted!r}") from None
 
-
-SPEED: Split = _BySpeed("speed")
+SPEED: Split = _BySpeed()
 """The default: one speed is held out at a time."""
 
 
-@dataclass(frozen=True)
 class ByPair(Split):
     """By two at once, such as `speed,force`: what is tested shares neither with what is learnt.
 
     A group is a cell of their table, `20/F100`. Learnt from are the cells of other rows and other
     columns; the rest of the row and the column that cross in the cell is left out.
+
+    Attributes
+    ----------
+    both
+        What each of the two holds out.
     """
 
-    @property
-    def both(self) -> tuple[Split, Split]:
-        """What each of the two holds out."""
-        one, _, other = self.name.partition(",")
-        return split_named(one), split_named(other)
-
-    @property
-    def one(self) -> str:
-        """Return `a pair of speed and force`."""
-        return f"a pair of {' and '.join(each.name for each in self.both)}"
-
-    @property
-    def many(self) -> str:
-        """Return `pairs of speed and force`."""
-        return self.one.replace("a pair", "pairs")
-
-    @property
-    def axis(self) -> str:
-        """Return `speed (mm/s) / force`."""
-        return " / ".join(each.axis for each in self.both)
+    def __init__(self, name: str) -> None:
+        """Set the words: `pairs of speed and force`, `speed (mm/s) / force`."""
+        super().__init__(name)
+        one, _, other = name.partition(",")
+        self.both = split_named(one), split_named(other)
+        names = " and ".join(each.name for each in self.both)
+        self.one, self.many = f"a pair of {names}", f"pairs of {names}"
+        self.axis = " / ".join(each.axis for each in self.both)
 
     def at(self, groups: Sequence[Group]) -> str:
         """Return `with speed 20 mm/s and force F100`."""
@@ -323,10 +285,6 @@ class ByPair(Split):
         return {name: f"{key_of(rows[name])}{_OF_PAIR}{key_of(columns[name])}" for name in rows}
 
 
-_OF_PAIR = "/"
-"""Stands between the two of a cell."""
-
-
 def key_of(group: Group) -> str:
     """Return a group as the key of a table: ``10``, ``12.5``, ``F250``."""
     return group if isinstance(group, str) else f"{group:g}"
@@ -345,142 +303,13 @@ def order(group: Group) -> tuple[float, str]:
     return (value, group)
 
 
-# A split by the drum's angle: tested on a stretch of the drum that nothing was learnt from.
-#
-# The drum is divided into equal arcs. A sample is of the arc that holds all that the skin touched
-# while it was taken: the drum's way from its start to its stop, and half the contact patch beyond
-# either end. One that reaches into another arc is of none and is left out. So between what is
-# learnt from in one arc and what is tested in the next there lies no bump that both have touched.
-#
-# Every speed and texture is in every arc: only the stretch of the drum is new in the test.
-
-ANGLE = "angle"
-ARCS = 5
-"""Where the name gives no number: a fifth of the drum is tested, as many as can be long."""
-_MOST = 99
-_NOWHERE = -1
-
-
-class ByAngle(Split):
-    """By arcs of the drum: `angle` for five, `angle-8` for eight."""
-
-    whole = False
-    one, many = "an arc of the drum", "arcs of the drum"
-    divided = "The drum of each"
-
-    @property
-    def n_arcs(self) -> int:
-        """How many arcs there are."""
-        _, _, number = self.name.partition("-")
-        return int(number) if number else ARCS
-
-    @property
-    def axis(self) -> str:
-        """Return it with the number of arcs."""
-        return f"arc of the drum (of {self.n_arcs})"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        """Return `in arc 2, 3 of 5`."""
-        return f"in arc {', '.join(map(key_of, groups))} of {self.n_arcs}"
-
-    def printed(self, group: Group) -> str:
-        """Return `arc 2 of 5`."""
-        return f"arc {key_of(group)} of {self.n_arcs}"
-
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        """Return all arcs, whose number goes from 1 on, after looking at each recording.
-
-        Raises
-        ------
-        InputError
-            If nothing logged a recording's angle, its log has a long gap, its drum turned less
-            than once while it was steady, or angles of one texture's recordings count from
-            different places.
-        """
-        if not 2 <= self.n_arcs <= _MOST:
-            raise InputError(f"{OPTION}: expected 2 to {_MOST} arcs, found '{self.name}'")
-        zeros: dict[str, tuple[str, str]] = {}
-        for responses in recordings:
-            name, way = str(responses.attrs["name"]), _path(responses)
-            if (turns := way.turns(steady_s(responses))) < 1:
-                raise InputError(
-                    f"{OPTION}: expected a drum that turns at least once in each recording, found "
-                    f"{turns:.2f} turns in {name}; record for longer, or leave slow recordings "
-                    "out with --speeds"
-                )
-            gap_mm = way.longest_gap_mm(steady_s(responses))
-            if gap_mm > LONGEST_GAP_MM:
-                raise InputError(
-                    f"{OPTION}: expected at most {LONGEST_GAP_MM:g} mm of the drum's way between "
-                    f"two entries of its log, found {gap_mm:.1f} mm in {name}; record it again, or "
-                    "leave such recordings out"
-                )
-            texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
-            first, there = zeros.setdefault(texture, (name, zero))
-            if there != zero:
-                raise InputError(
-                    f"{OPTION}: expected angles of each drum that count from one place, found "
-                    f"{first} and {name}, between which the drive was opened again; record with "
-                    f"an index pulse or an absolute encoder (drum_zero = '{MARK}')"
-                )
-        return [str(number + 1) for number in range(self.n_arcs)]
-
-    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
-        """Return no group for any: a recording goes through all arcs."""
-        return {str(responses.attrs["name"]): "" for responses in recordings}
-
-    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
-        """Return the samples that are of an arc, with its number.
-
-        Raises
-        ------
-        InputError
-            If samples are longer than an arc, or a texture has none in some arc.
-        """
-        names = samples[dims.RECORDING].values.astype(np.str_)
-        arcs = np.full(len(samples), _NOWHERE)
-        for responses in recordings:
-            its = np.flatnonzero(names == str(responses.attrs["name"]))
-            arcs[its] = self._arcs(samples[{dims.SAMPLE: its}], responses)
-        numbers = (arcs + 1).astype(np.str_)
-        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, numbers)})
-        kept = whole.isel({dims.SAMPLE: np.flatnonzero(arcs != _NOWHERE)})
-        arcs_there = [str(number + 1) for number in range(self.n_arcs)]
-        require_everywhere(self, kept, arcs_there, "fewer arcs (--split angle-3)")
-        return kept
-
-    def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
-        """Return the number of each sample's arc, from 0; `_NOWHERE` where it is of none.
-
-        Raises
-        ------
-        InputError
-            If none of the recording's samples fits into an arc.
-        """
-        way = _path(responses)
-        start, stop = (way.at(samples[name].values) for name in (dims.START, dims.STOP))
-        beyond = way.drum.contact_mm / 2
-        low, high = np.minimum(start, stop) - beyond, np.maximum(start, stop) + beyond
-        length_mm = way.drum.circumference_mm / self.n_arcs
-        first, last = np.floor(low / length_mm), np.floor(high / length_mm)
-        arcs = np.where(first == last, first % self.n_arcs, _NOWHERE).astype(np.int64)
-        if len(arcs) and (arcs == _NOWHERE).all():
-            raise InputError(
-                f"{OPTION}: expected samples that touch less than an arc, which is "
-                f"{length_mm:.1f} mm long, found {(high - low).min():.1f} mm at least in "
-                f"{responses.attrs['name']}, with {way.drum.contact_mm:g} mm of contact; take "
-                "shorter windows (--window-s), fewer arcs (--split angle-3) or lower speeds"
-            )
-        return arcs
-
-
 def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], wider: str) -> None:
     """Refuse a texture that has no sample in some group, where it would not be tested.
 
     Parameters
     ----------
     wider
-        What makes groups wider, beside shorter windows and longer recordings.
+        What makes groups wider, apart from shorter windows and longer recordings.
     """
     textures, its = samples[dims.TEXTURE].values, samples[split.coordinate].values
     for texture in np.unique(textures):
@@ -494,17 +323,6 @@ def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], 
                 )
 
 
-def _path(responses: Responses) -> DrumPath:
-    way = path_in(responses)
-    if way is None:
-        raise InputError(
-            f"{OPTION}: expected the drum's angle in every recording, found none logged for "
-            f"{responses.attrs['name']}; record with a drive that is read and the plan's drum_mm, "
-            "and extract into a new store"
-        )
-    return way
-
-
 def split_named(name: str) -> Split:
     """Return what is held out under a name: `speed`, `angle` (`angle-8`), a condition's, or a pair.
 
@@ -515,10 +333,10 @@ def split_named(name: str) -> Split:
     """
     if name == SPEED.name:
         return SPEED
-    if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
-        return ByAngle(name)
-    from afferents.folds import bands  # which is made of this module's splits
+    from afferents.folds import arcs, bands  # which are made of this module's splits
 
+    if arcs.NAME.fullmatch(name):
+        return arcs.ByAngle(name)
     if bands.NAME.fullmatch(name):
         return bands.ByBand(name)
     if re.fullmatch(rf"{NAME},{NAME}", name):
@@ -539,14 +357,14 @@ def column_of(table: Any) -> str:
 
 
 def folder_name(group: Group) -> str:
-    """Return a name of a folder that no other group has, nor a mark beside it."""
+    """Return a name of a folder that no other group has, nor a mark next to it."""
     if not isinstance(group, str):
         return key_of(group)
-    return re.sub(r"[^\w +=-]", lambda found: _percent(found.group()), group)
-
-
-def _percent(character: str) -> str:
-    return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "surrogatepass"))
+    return re.sub(
+        r"[^\w +=-]",
+        lambda found: "".join(f"%{b:02X}" for b in found[0].encode("utf-8", "surrogatepass")),
+        group,
+    )
 
 
 def text_of(value: Any) -> str:

@@ -1,4 +1,10 @@
-"""A fold: which samples train, validate and test one group held out, by default a speed."""
+"""The two evaluation protocols, frozen, by name, and the fold that one makes of samples.
+
+`published` is what the paper's code does (commit 880f9e4). `nested` never looks at the held-out
+speed, and stretches spectra without ringing, with the originals kept; so for spectra the two
+differ by more than a leak. `docs/discrepancies.md` lists where the paper's text and its code
+differ and which side is taken.
+"""
 
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -11,6 +17,7 @@ from afferents.errors import InputError
 from afferents.folds.held_out import SPEED, Group, Split, key_of, order
 
 Indices = NDArray[np.int64]
+ProtocolName = Literal["nested", "published"]
 
 
 @dataclass(frozen=True)
@@ -31,16 +38,6 @@ class Fold:
     validation: Indices
     test: Indices
     split: Split = SPEED
-
-
-# The two evaluation protocols, frozen, by name.
-#
-# `published` is what the paper's code does (commit 880f9e4). `nested` never looks at the held-out
-# speed, and stretches spectra without ringing, with the originals kept; so for spectra the two
-# differ by more than a leak. `docs/discrepancies.md` says where the paper's text and its code
-# differ and which side is taken.
-
-ProtocolName = Literal["nested", "published"]
 
 
 class Protocol(BaseModel):

@@ -1,7 +1,8 @@
-"""Leave one group out, by default a speed, as a scikit-learn splitter, under either protocol."""
+"""Leave one group out, by default a speed: folds under either protocol, and what leaks in them."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,9 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from afferents import dims
-from afferents.encodings.samples import Samples
+from afferents.encodings.samples import Samples, concatenate
 from afferents.errors import InputError, LeakageError
+from afferents.folds.ablation import Ablation
 from afferents.folds.held_out import SPEED, Group, Split, key_of, order
 from afferents.folds.protocol import PROTOCOLS, Fold, Indices, Protocol
 
@@ -86,7 +88,8 @@ class LeaveOneGroupOut:
             If there are too few groups (3 for `nested`, 2 for `published`), or none left to
             train on.
         """
-        yield from self._folds(*self._labels(samples))
+        for group in self._ranked(self.what.of(samples)):
+            yield self.fold(samples, group)[1]
 
     def fold(self, samples: Samples, held_out: Group) -> tuple[int, Fold]:
         """Return one of the folds, without the others, and its rank among them.
@@ -96,22 +99,22 @@ class LeaveOneGroupOut:
         InputError
             As `folds`.
         """
-        groups, recordings, textures = self._labels(samples)
+        groups = self.what.of(samples)
         ranked = self._ranked(groups)
         rank = ranked.index(held_out)
-        return rank, self._fold(rank, ranked, groups, recordings, textures)
-
-    def _labels(self, samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Return the group, recording and texture of every sample."""
-        recordings, textures = samples[dims.RECORDING].values, samples[dims.TEXTURE].values
-        return self.what.of(samples), recordings, textures
-
-    def _folds(
-        self, groups: NDArray[Any], recordings: NDArray[Any], textures: NDArray[Any]
-    ) -> Iterator[Fold]:
-        ranked = self._ranked(groups)
-        for rank in range(len(ranked)):
-            yield self._fold(rank, ranked, groups, recordings, textures)
+        shares = self.what.sharing(np.array(ranked), held_out)
+        apart = tuple(g for g, its in zip(ranked, shares, strict=True) if g == held_out or not its)
+        validated_by = self.protocol.validation_group(apart, held_out, self.what)
+        held = groups == held_out
+        if validated_by == held_out:
+            validating = self._validating_half(samples, held, rank)
+            validation, test = held & validating, held & ~validating
+        else:
+            validation, test = groups == validated_by, held
+        train = ~self.what.sharing(groups, held_out) & ~validation
+        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
+        fold = Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
+        return rank, fold
 
     def _ranked(self, groups: NDArray[Any]) -> tuple[Group, ...]:
         ranked = tuple(sorted(np.unique(groups).tolist(), key=order))
@@ -120,34 +123,12 @@ class LeaveOneGroupOut:
             raise InputError(f"the data: expected {expected}, found {len(ranked)}")
         return ranked
 
-    def _fold(
-        self,
-        rank: int,
-        ranked: tuple[Group, ...],
-        groups: NDArray[Any],
-        recordings: NDArray[Any],
-        textures: NDArray[Any],
-    ) -> Fold:
-        held_out = ranked[rank]
-        shares = self.what.sharing(np.array(ranked), held_out)
-        apart = tuple(g for g, its in zip(ranked, shares, strict=True) if g == held_out or not its)
-        validated_by = self.protocol.validation_group(apart, held_out, self.what)
-        held = groups == held_out
-        if validated_by == held_out:
-            validating = self._validating_half(recordings, textures, held, rank)
-            validation, test = held & validating, held & ~validating
-        else:
-            validation, test = groups == validated_by, held
-        train = ~self.what.sharing(groups, held_out) & ~validation
-        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
-        return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
-
     def _validating_half(
-        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
+        self, samples: Samples, held: NDArray[np.bool_], rank: int
     ) -> NDArray[np.bool_]:
-        number = number_in_recording(recordings)
+        number = number_in_recording(samples[dims.RECORDING].values)
         if not number[held].any():
-            number[held] = number_in_recording(textures[held])
+            number[held] = number_in_recording(samples[dims.TEXTURE].values[held])
         if not self.random_halves:
             return np.equal(number % 2, 0)
         n = int(number[held].max()) + 1
@@ -156,7 +137,7 @@ class LeaveOneGroupOut:
 
 
 class LeaveOneSpeedOut(LeaveOneGroupOut):
-    """Hold out one speed at a time, which is what `LeaveOneGroupOut` does unless told otherwise.
+    """Hold out one speed at a time, which is what `LeaveOneGroupOut` does by default.
 
     >>> speeds = [10, 10, 20, 20, 30, 30]
     >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
@@ -207,7 +188,71 @@ def groups_of_samples(groups: ArrayLike | None) -> NDArray[Any]:
     return np.array([f"{number:.15g}" for number in numbers.tolist()])  # days, as 20240131
 
 
-# What of the group held out, by default a speed, was seen before the final test.
+def hold_out_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
+    """Return the fold that trains on all groups, by default speeds, but the middle one.
+
+    The middle one validates; nothing is tested.
+
+    Raises
+    ------
+    InputError
+        If there is one group only, or a texture in the middle one alone.
+    """
+    group = split.of(samples)
+    groups = sorted(np.unique(group).tolist(), key=order)
+    if len(groups) < 2:
+        expected = f"at least 2 {split.many}, one of them to validate with"
+        raise InputError(f"the data: expected {expected}, found {len(groups)}")
+    middle = groups[len(groups) // 2]
+    learnt = np.flatnonzero(~split.sharing(group, middle))
+    validation = np.flatnonzero(group == middle)
+    texture = samples[dims.TEXTURE].values
+    only_there = sorted(set(texture[validation]) - set(texture[learnt]))
+    if only_there:
+        found = f"none of {', '.join(map(str, only_there))}"
+        expected = f"every texture at another {split.title} than {split.printed(middle)}"
+        raise InputError(f"the data: expected {expected}, found {found}")
+    return Fold(middle, middle, learnt, validation, np.empty(0, dtype=np.int64), split)
+
+
+def join_variants(learnt: Samples, tested: Samples) -> Samples:
+    """Return samples that are learnt from, then those that are tested, one array.
+
+    The coordinate `variant` is 0 for what is learnt from, 1 for what is tested.
+    """
+    return concatenate([
+        part.assign_coords({dims.VARIANT: (dims.SAMPLE, np.full(len(part), number))})
+        for number, part in enumerate([learnt, tested])
+    ])  # fmt: skip
+
+
+def make_fold(
+    splitter: LeaveOneGroupOut,
+    samples: Samples,
+    held_out: Group,
+    ablation: Ablation,
+    tested: frozenset[str],
+) -> tuple[int, Fold]:
+    """Return the fold of a held-out group, and its rank, with what an ablation leaves of it.
+
+    Where samples come in variants (see `join_variants`), training samples are of one and test
+    samples of the other.
+
+    Parameters
+    ----------
+    tested
+        Names of the recordings that alone are tested; none for all.
+    """
+    bounds = [0, len(samples)]
+    if dims.VARIANT in samples.coords:
+        bounds[1:1] = (np.flatnonzero(np.diff(samples[dims.VARIANT].values)) + 1).tolist()
+    rank, folds = 0, []
+    for start, stop in pairwise(bounds):
+        part = samples.isel({dims.SAMPLE: slice(start, stop)})
+        rank, fold = splitter.fold(part, held_out)
+        fold = ablation.fold(fold, part, tested)
+        folds.append(replace(fold, test=fold.test + start))
+    return rank, replace(folds[0], test=folds[-1].test)
 
 
 @dataclass(frozen=True)
@@ -278,22 +323,13 @@ def overlapping(samples: Samples, tested: Indices, others: Indices) -> int:
     for recording in np.unique(recordings[tested]):
         mine = tested[recordings[tested] == recording]
         theirs = others[recordings[others] == recording]
-        count += _overlaps(starts[mine], stops[mine], starts[theirs], stops[theirs])
+        if not len(theirs):
+            continue
+        theirs = theirs[np.argsort(starts[theirs])]
+        # Of the others that begin before a sample ends, does the one that lasts longest outlast
+        # the sample's beginning?
+        latest_stop = np.maximum.accumulate(stops[theirs])
+        before = np.searchsorted(starts[theirs], stops[mine], side="left")
+        reaching = np.where(before > 0, latest_stop[np.maximum(before - 1, 0)], -np.inf)
+        count += int((reaching > starts[mine]).sum())
     return count
-
-
-def _overlaps(
-    start: NDArray[np.float64],
-    stop: NDArray[np.float64],
-    other_start: NDArray[np.float64],
-    other_stop: NDArray[np.float64],
-) -> int:
-    if len(other_start) == 0:
-        return 0
-    order = np.argsort(other_start)
-    # Of the others that begin before a sample ends, does the one that lasts longest outlast
-    # the sample's beginning?
-    latest_stop = np.maximum.accumulate(other_stop[order])
-    before = np.searchsorted(other_start[order], stop, side="left")
-    reaching = np.where(before > 0, latest_stop[np.maximum(before - 1, 0)], -np.inf)
-    return int((reaching > start).sum())

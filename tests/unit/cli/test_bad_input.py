@@ -91,7 +91,7 @@ PUBLISHED = ("--models", "ridge-te", "--window-s", "0.5", "--protocol", "publish
     [
         (("--cut", "published"), "found 3.00 s; the cut 'all' takes"),
         (("--models", "ra-ste"), "(vib-te, vib-te-aug, ridge-te, order-te"),
-        (("--textures", "2"), "at least 2 textures to tell apart, found 2"),
+        (("--textures", "2"), "at least 2 textures to recognise, found 2"),
         (("--speeds", "20"), "at least 3 speeds, to hold one out under nested, found 1 (20 mm/s);"),
         (("--speeds", "20,40"), "found 2 (20, 40 mm/s); record more speeds, or use --protocol pub"),
         ((*PUBLISHED, "--speeds", "20,40"), "at least 3 speeds, to hold one out, found 2"),
@@ -152,5 +152,5 @@ def test_memory_that_is_short_is_one_sentence_of_any_command(fails, monkeypatch,
     def short(*_):
         raise MemoryError
 
-    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
+    monkeypatch.setattr("afferents.reproduction.status.status", short)
     assert fails("status", tmp_path).startswith("afferents: out of memory; ")

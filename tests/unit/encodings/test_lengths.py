@@ -5,7 +5,7 @@ import pytest
 import afferents
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
-from afferents.evaluation.recipe import by_length, lengths_in
+from afferents.evaluation.plan import read_lengths, vary_length
 from afferents.models.model import MODELS
 
 
@@ -14,18 +14,18 @@ from afferents.models.model import MODELS
     [(None, ()), (20, ()), ("20", ()), ("1,2, 50", (1, 2, 50)), ([5, 5, 10], (5, 10))],
 )
 def test_several_lengths_are_told_from_one(given, lengths):
-    assert lengths_in(given) == lengths
+    assert read_lengths(given) == lengths
     for wrong in ("1,0", "2,x", "5,2.5", [10, -1]):
         with pytest.raises(InputError, match="--frames: expected whole numbers of frames"):
-            lengths_in(wrong)
+            read_lengths(wrong)
 
 
 def test_models_of_single_frames_stay_as_they_are():
     models = [MODELS["sa-se"], MODELS["ra-ste"], MODELS["sa-wave"]]
-    names = [model.name for model in by_length(models, (1, 20), Encodings())]
+    names = [model.name for model in vary_length(models, (1, 20), Encodings())]
     assert names == ["sa-se", "ra-ste-1", "ra-ste-20", "sa-wave-1", "sa-wave-20"]
     with pytest.raises(InputError, match=r"--frames: expected models .*sa-ste.*, found sa-se"):
-        by_length(models[:1], (1, 20), Encodings())
+        vary_length(models[:1], (1, 20), Encodings())
 
 
 def test_a_study_goes_to_its_report(stores, tmp_path, run):

@@ -9,13 +9,13 @@ from afferents.evaluation.intervals import (
     SESSION,
     TEXTURE,
     Accuracy,
-    accuracy_interval,
     bootstrap_interval,
-    bootstrap_unit_of,
+    choose_bootstrap_unit,
     count_right,
     intervals_by_group,
     paired_difference,
 )
+from afferents.evaluation.metrics import accuracy_interval
 
 SPEEDS = (10.0, 20.0, 40.0, 80.0)
 WRONG = "none"
@@ -143,11 +143,11 @@ def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
 
 def test_sessions_are_drawn_where_each_group_was_tested_in_several():
     first, second = (samples_of([0.5, 0.8], session=f"{n}:") for n in (1, 2))
-    assert bootstrap_unit_of(2, table(first + second)) == SESSION
-    assert bootstrap_unit_of(2, table(first)) == TEXTURE  # the other was learnt from alone
+    assert choose_bootstrap_unit(2, table(first + second)) == SESSION
+    assert choose_bootstrap_unit(2, table(first)) == TEXTURE  # the other was learnt from alone
     apart = [*samples_of([0.5], (10.0,), session="1:"), *samples_of([0.5], (20.0,), session="2:")]
-    assert bootstrap_unit_of(2, table(apart)) == TEXTURE  # a session is a group
-    assert bootstrap_unit_of(1, table(first)) == TEXTURE
+    assert choose_bootstrap_unit(2, table(apart)) == TEXTURE  # a session is a group
+    assert choose_bootstrap_unit(1, table(first)) == TEXTURE
 
 
 def test_an_interval_is_a_function_of_what_is_named():

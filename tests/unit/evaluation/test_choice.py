@@ -9,8 +9,7 @@ import afferents
 from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
-from afferents.evaluation.choice import encodings_for
-from afferents.evaluation.data import open_data
+from afferents.evaluation.data import choose_encodings, open_data
 from afferents.recordings.described import PACKAGED
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
@@ -107,7 +106,7 @@ def test_another_description_of_the_same_files_is_other_data(taxels, described):
     (one,) = open_data([taxels / "dataset.toml"])
     (two,) = open_data([described("two.toml", "taxel*", "taxel[12]")])
     assert one.origin.fingerprint != two.origin.fingerprint
-    assert encodings_for([one], "all", {}).of("orders").bins_per_octave == 8
+    assert choose_encodings([one], "all", {}).of("orders").bins_per_octave == 8
 
 
 def test_what_can_not_be_learnt_is_refused_before_training(fails, taxels, described, tmp_path):

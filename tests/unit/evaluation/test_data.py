@@ -10,10 +10,8 @@ import xarray as xr
 from afferents.channels import CHANNELS
 from afferents.encodings.images import SpatialEncoding
 from afferents.errors import InputError
-from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import Source, _require_one_frame_rate
+from afferents.evaluation.data import Source, _require_one_frame_rate, data_quality, open_data
 from afferents.evaluation.results import read_summary
-from afferents.evaluation.summary import data_quality
 from afferents.quality.issues import QualityIssue
 from afferents.store.responses import with_issues
 from afferents.store.zarr_store import open_responses, write_responses

@@ -10,8 +10,8 @@ from afferents.errors import InputError
 from afferents.evaluation import fold_files
 from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.intervals import numbered
+from afferents.evaluation.metrics import summarise
 from afferents.evaluation.results import load_results
-from afferents.evaluation.summary import summarise
 from afferents.folds.splits import Leaks, LeaveOneSpeedOut
 
 SOURCE = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 6}
@@ -29,6 +29,11 @@ FACTS |= {"best_epoch": 2, "history": EPOCHS}
 LEAKS = Leaks(0, 4, 0, 2, True)
 
 
+def facts(key):
+    content = {**key.content(), **FACTS, "leaks": LEAKS.describe(key.split)}
+    return fold_files.FoldFacts.model_validate(content)
+
+
 def save_all(root, data, accuracy_of):
     """Save a fold a speed; `accuracy_of[speed]` of the samples are named rightly."""
     keys = []
@@ -38,7 +43,7 @@ def save_all(root, data, accuracy_of):
         right = np.arange(len(true)) < accuracy_of[fold.held_out] * len(true)
         probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
         predictions = fold_files.predictions_table(key, data, fold, probabilities, ["a", "b"])
-        fold_files.save_fold(root, key, predictions, FACTS, LEAKS, b"w")
+        fold_files.save_fold(root, facts(key), predictions, b"w")
         keys.append(key)
     return keys
 
@@ -88,9 +93,9 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
     def fail(path, content):
         raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr("afferents.evaluation.schemas.write_json", fail)
+    monkeypatch.setattr("afferents.evaluation.results.write_json", fail)
     with pytest.raises(InputError, match="no space left on the disk"):
-        fold_files.save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, b"w")
+        fold_files.save_fold(tmp_path, facts(key), pd.DataFrame({"a": [1]}), b"w")
     assert not fold_files.finished(tmp_path, key)
     assert not [p for p in tmp_path.rglob("*") if p.is_file()]
 
@@ -111,8 +116,8 @@ def test_a_digest_tells_configurations_and_not_where_data_lie():
         {"cut": "all", "data": [{"source": "s"}]},
         {"data": [{"source": "t"}], "cut": "all"},
     )
-    assert fold_files.digest_of(one) == fold_files.digest_of(other)
-    assert fold_files.digest_of(one) != fold_files.digest_of({**one, "cut": "published"})
+    assert fold_files.config_digest(one) == fold_files.config_digest(other)
+    assert fold_files.config_digest(one) != fold_files.config_digest({**one, "cut": "published"})
 
 
 def test_a_folder_of_something_else_is_refused_and_checking_claims_nothing(tmp_path):

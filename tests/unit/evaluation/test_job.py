@@ -11,17 +11,16 @@ from sklearn.linear_model import LogisticRegression
 
 from afferents import evaluate
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation import job
 from afferents.evaluation import run as evaluation
-from afferents.evaluation.fold_files import FoldKey
-from afferents.evaluation.job_status import at_work, plan
+from afferents.evaluation.fold_files import FoldKey, mark_running, write_plan
 from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.checkpoint import Checkpoint
 from afferents.models.model import choose_models
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE
-from afferents.reproduction.run_folder import RunFolder, RunState, status
+from afferents.reproduction.run_folder import RunFolder, RunState
+from afferents.reproduction.status import status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 FIRST = "vib-te, nested, seed 0, 20 mm/s held out"
@@ -46,16 +45,18 @@ def test_samples_that_are_no_numbers(fails, stores, tmp_path, monkeypatch):
 
 def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
     """Done here, as a cluster's workers would do them."""
-    waits, save_fold = [], job.save_fold
+    waits, save_fold = [], evaluation.save_fold
 
-    def save(results, key, *outcome):
-        waits.append(key.mark(results, "checkpoint").is_file())
-        save_fold(results, key, *outcome)
+    def save(results, facts, *others):
+        waits.append(facts.mark(results, "checkpoint").is_file())
+        save_fold(results, facts, *others)
 
-    monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
-    monkeypatch.setattr(job, "save_fold", save)
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
+    monkeypatch.setattr(evaluation, "Checkpoint", partial(Checkpoint, every_s=0))
+    monkeypatch.setattr(evaluation, "save_fold", save)
+    monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
+    monkeypatch.setattr(
+        evaluation.parallel, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs)
+    )
     asked = ("--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
     ended = run("evaluate", stores["audio"], *asked)
     assert ended[0] == 0, ended
@@ -65,14 +66,14 @@ def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
 
 def test_a_store_that_changed_under_the_run_is_refused(fails, stores, tmp_path, monkeypatch):
     store = shutil.copytree(stores["audio"], tmp_path / "store")
-    encoded = job.encoded
+    encode_samples = evaluation.encode_samples
 
     def changed(*arguments):
         settings = store / "zarr.json"
         settings.write_text(settings.read_text().replace('"windowed"', '"one-to-one"'))
-        return encoded(*arguments)
+        return encode_samples(*arguments)
 
-    monkeypatch.setattr(evaluation, "encoded", changed)
+    monkeypatch.setattr(evaluation, "encode_samples", changed)
     said = fails("evaluate", store, "--out", tmp_path / "results", *ASKED)
     assert "expected the data that the evaluation began with, found changed data; bring" in said
     assert not list((tmp_path / "results").rglob("fold.json"))
@@ -83,9 +84,9 @@ def test_memory_that_is_short(ask):
     """The errors of the real allocators, whatever they are called; others stay what they are."""
     key = FoldKey.of("ra-se", "nested", 1, 10.0)
     said = r"ra-se, nested, seed 1, 10 mm/s .* out of memory"
-    with pytest.raises(AfferentsError, match=said), job._naming(key):
+    with pytest.raises(AfferentsError, match=said), evaluation._naming(key):
         ask()
-    with pytest.raises(RuntimeError, match="ours"), job._naming(key):
+    with pytest.raises(RuntimeError, match="ours"), evaluation._naming(key):
         raise RuntimeError("ours")
 
 
@@ -93,11 +94,11 @@ def test_a_status_says_what_it_knows_nothing_of(tmp_path):
     """Neither of models none of which has ended, nor of workers that leave no mark here."""
 
     def said(**more):
-        plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
+        write_plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
         return " ".join(status(tmp_path).sentences)
 
     facts = {"validated_by": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
-    with at_work(tmp_path, LONG[0]):
+    with mark_running(tmp_path, LONG[0]):
         assert "Expected end" not in said()
         for key, taking in ((SHORT[0], True), (LONG[1], False)):
             content = {**key.content(), **facts, "seconds": 9.0}
@@ -126,7 +127,7 @@ def test_a_status_tells_what_runs_before_any_training(tmp_path):
         RunState(like="recommended", choices={}, otherwise=(), differs=(), recordings=3)
     )
     run.results.mkdir()
-    plan(run.results, SHORT, workers=1)
+    write_plan(run.results, SHORT, workers=1)
     assert "Nothing is running" in said()
     with writing_alone(run.store, "extract"):
         assert said() == (
@@ -157,6 +158,6 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
 def test_a_model_that_workers_cannot_find_is_refused(stores, tmp_path, monkeypatch):
     """They are sent JSON: names, and files that they read."""
     mine = replace(choose_models("vib-te")[0], name="mine", classifier=LogisticRegression())
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
     with pytest.raises(InputError, match=r"as FILE.py:NAME, .* found the object mine; give the"):
         evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, cluster="tcp://here:1")

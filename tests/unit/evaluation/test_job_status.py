@@ -9,8 +9,13 @@ from pathlib import Path
 import pytest
 
 from afferents.errors import InputError
-from afferents.evaluation.fold_files import FoldKey
-from afferents.evaluation.job_status import at_work, job_statuses, plan, seconds_left
+from afferents.evaluation.fold_files import (
+    FoldKey,
+    job_statuses,
+    mark_running,
+    seconds_left,
+    write_plan,
+)
 from afferents.files import write_json
 
 FACTS = {"validated_by": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
@@ -28,28 +33,28 @@ def states(results: Path) -> list[str]:
 
 
 def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
-    plan(tmp_path, KEYS, workers=2)
+    write_plan(tmp_path, KEYS, workers=2)
     assert states(tmp_path) == ["to do"] * 4
-    with at_work(tmp_path, KEYS[1]):
+    with mark_running(tmp_path, KEYS[1]):
         assert states(tmp_path) == ["to do", "running", "to do", "to do"]
         finish(tmp_path, KEYS[1], 3.0)
-    with pytest.raises(ValueError, match="no luck"), at_work(tmp_path, KEYS[2]):
+    with pytest.raises(ValueError, match="no luck"), mark_running(tmp_path, KEYS[2]):
         raise ValueError("no luck")
     assert states(tmp_path) == ["to do", "done", "failed", "to do"]
     assert job_statuses(tmp_path)[2].why == "no luck"
-    with at_work(tmp_path, KEYS[2]):
+    with mark_running(tmp_path, KEYS[2]):
         assert states(tmp_path)[2] == "running"
     assert states(tmp_path)[2] == "to do"
 
 
 @pytest.mark.system
 def test_a_killed_process_leaves_a_stopped_job(tmp_path):
-    plan(tmp_path, KEYS, workers=1)
+    write_plan(tmp_path, KEYS, workers=1)
     code = (
         "import os, sys; from pathlib import Path\n"
         "from afferents.evaluation.fold_files import FoldKey\n"
-        "from afferents.evaluation.job_status import at_work\n"
-        "with at_work(Path(sys.argv[1]), FoldKey.of('vib-te', 'nested', 0, 10.0)): os.kill("
+        "from afferents.evaluation.fold_files import mark_running\n"
+        "with mark_running(Path(sys.argv[1]), FoldKey.of('vib-te', 'nested', 0, 10.0)): os.kill("
         "os.getpid(), 9)"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
@@ -57,14 +62,14 @@ def test_a_killed_process_leaves_a_stopped_job(tmp_path):
 
 
 def test_a_mark_of_another_machine_is_believed(tmp_path):
-    plan(tmp_path, KEYS, workers=1)
+    write_plan(tmp_path, KEYS, workers=1)
     mark = KEYS[0].folder(tmp_path).with_name("10.running")
     write_json(mark, {"host": "far-away", "pid": os.getpid(), "since": 0.0})
     assert states(tmp_path)[0] == "running"
 
 
 def test_what_is_left_is_what_others_took(tmp_path):
-    plan(tmp_path, KEYS, workers=2)
+    write_plan(tmp_path, KEYS, workers=2)
     assert seconds_left(job_statuses(tmp_path), 2) is None
     finish(tmp_path, KEYS[0], 10.0)
     finish(tmp_path, KEYS[1], 20.0)
@@ -72,11 +77,11 @@ def test_what_is_left_is_what_others_took(tmp_path):
 
 
 def test_plans_add_up_once_something_is_kept(tmp_path):
-    plan(tmp_path, KEYS[:2], workers=1)
-    plan(tmp_path, KEYS[2:], workers=1)
+    write_plan(tmp_path, KEYS[:2], workers=1)
+    write_plan(tmp_path, KEYS[2:], workers=1)
     assert len(job_statuses(tmp_path)) == 2
     write_json(tmp_path / "config.json", {})
-    plan(tmp_path, KEYS, workers=3)
+    write_plan(tmp_path, KEYS, workers=3)
     assert len(job_statuses(tmp_path)) == 4
     assert json.loads((tmp_path / "plan.json").read_text())["workers"] == 3
 
@@ -92,7 +97,7 @@ def test_plans_add_up_once_something_is_kept(tmp_path):
 def test_marks_and_plans_that_make_no_sense_are_named(tmp_path, name, content, said):
     with pytest.raises(InputError, match="a results folder that evaluate has begun"):
         job_statuses(tmp_path)
-    plan(tmp_path, KEYS, workers=2)
+    write_plan(tmp_path, KEYS, workers=2)
     write_json(tmp_path / name, content)
     with pytest.raises(InputError, match=name) as caught:
         job_statuses(tmp_path)

@@ -9,15 +9,15 @@ from hypothesis.extra.numpy import arrays
 
 from afferents.evaluation.metrics import (
     accuracy_by_group,
+    chance_accuracy,
     confusion,
     inside_speeds,
     macro_f1,
+    measure_reliability,
     name_recordings,
     name_touches,
     reliability,
-    reliability_of,
 )
-from afferents.evaluation.summary import constant_answer
 
 
 def table(rows):
@@ -124,11 +124,11 @@ def test_a_touch_of_samples_that_lie_unevenly_is_left_out_where_it_is_too_long()
 
 def test_who_always_names_one_texture():
     rows = [(v, f"{t}/{v}", t, 1, 0) for v in (10, 20) for t in "ab" for _ in range(3)]
-    assert constant_answer(predictions(rows)) == 0.5
+    assert chance_accuracy(predictions(rows)) == 0.5
     more = predictions([*rows, (10, "c/10", "b", 1, 0), (20, "c/20", "b", 1, 0)])
-    assert constant_answer(more) == pytest.approx(2 / 3)
+    assert chance_accuracy(more) == pytest.approx(2 / 3)
     more.index = pd.Index([0] * len(more))  # as the tables of folds are joined
-    assert constant_answer(more) == pytest.approx(2 / 3)
+    assert chance_accuracy(more) == pytest.approx(2 / 3)
 
 
 def test_reliability_by_hand():
@@ -143,8 +143,8 @@ def test_reliability_by_hand():
 
 def test_predictions_without_probabilities_say_nothing():
     rows = pd.DataFrame({"true_texture": ["a", "b"], "predicted_texture": ["a", "a"]})
-    assert reliability_of(rows) is None
-    found = reliability_of(rows.assign(p_a=[0.8, 0.8], p_b=[0.2, 0.2]))
+    assert measure_reliability(rows) is None
+    found = measure_reliability(rows.assign(p_a=[0.8, 0.8], p_b=[0.2, 0.2]))
     assert found.ece == pytest.approx(0.3)
 
 

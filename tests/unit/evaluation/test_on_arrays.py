@@ -26,7 +26,7 @@ from afferents import (
     controls,
 )
 from afferents.errors import InputError
-from afferents.evaluation.on_arrays import AS_IT_IS
+from afferents.evaluation.controls import AS_IT_IS
 from afferents.models.solved import predict_left_out
 
 TEXTURES, SPEEDS = list("abc"), (10, 20, 40, 80)

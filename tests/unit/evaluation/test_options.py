@@ -12,9 +12,15 @@ def test_a_number_stands_for_a_list_of_one():
     assert (options.speeds, options.textures, options.held_out) == ((20.0,), ("3",), (20.0,))
 
 
+def test_what_is_held_out_is_read_as_its_split_has_it():
+    assert EvaluationOptions(held_out=(10, "12.5")).held_out == (10.0, 12.5)
+    assert EvaluationOptions(split="trial", held_out=(2, "b", 2.5)).held_out == ("2", "b", "2.5")
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
+        ({"held_out": ["a"]}, "--held-out: expected speeds in mm/s, found "),
         ({"disturb": 0.1}, "--disturb: expected as in markers="),
         ({"seeds": 1.5}, "--seeds: expected a valid integer"),
         ({"seeds": (-1,)}, "--seeds: expected greater than or equal to 0, found -1"),

@@ -3,13 +3,13 @@
 import pytest
 from pydantic import BaseModel
 
-from afferents.evaluation import fold_files, job_status, schemas
+from afferents.evaluation import fold_files, results
 
 PLAIN = {"Config", "Skipped", "WithIssues"}
 """Whose names of fields say all."""
 WRITTEN = [
     kind
-    for module in (schemas, fold_files, job_status)
+    for module in (results, fold_files)
     for kind in vars(module).values()
     if isinstance(kind, type)
     and issubclass(kind, BaseModel)

@@ -11,8 +11,7 @@ import xarray as xr
 from afferents.channels import CHANNELS
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.evaluation.data import open_data, recordings_in
-from afferents.evaluation.encode import Source, encode
+from afferents.evaluation.data import Source, encode, join_recordings, open_data
 from afferents.extraction.copies import NAMED, warn, warning_of
 from afferents.inspection.inspect import inspect
 from afferents.markers.quality import find_hidden_markers
@@ -170,7 +169,7 @@ def test_a_copy_that_was_encoded_again_is_warned_of(run, noisy, tmp_path):
             said.append(text)
 
     said = []
-    warn(recordings_in(open_data([str(store)])), Notes(quiet=True))
+    warn(join_recordings(open_data([str(store)])), Notes(quiet=True))
     assert "2/30 and 3/60 (by sound, " in said[0]
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from afferents.channels import CHANNELS
 from afferents.encodings.images import SpatialEncoding
-from afferents.evaluation.encode import Source, encode
+from afferents.evaluation.data import Source, encode
 from afferents.extraction.extract import marker_responses
 from afferents.store.recording import Recording
 from afferents.store.responses import label

@@ -8,7 +8,7 @@ import xarray as xr
 
 from afferents.encodings.samples import concatenate, make_samples
 from afferents.errors import InputError
-from afferents.folds.bands import name_of
+from afferents.folds.bands import name_bands
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneGroupOut, find_leaks, refuse_leaks
@@ -142,20 +142,20 @@ def test_a_recording_without_the_series_is_named():
 
 
 def test_the_name_says_the_bands():
-    assert name_of("speed", "20,40, 60") == "speed-20-40-60"
-    assert name_of("force", "3") == "force-in-3"
+    assert name_bands("speed", "20,40, 60") == "speed-20-40-60"
+    assert name_bands("force", "3") == "force-in-3"
     assert split_named("speed-20-40").printed("20") == "speed 20 to 40 mm/s"
     assert split_named("speed-20-40").printed("40") == "speed 40 mm/s and more"
     for split, bands in (("trial", "2,3"), ("speed", "fast"), ("speed", "2,,3")):
         with pytest.raises(InputError, match="--bands: expected"):
-            name_of(split, bands)
+            name_bands(split, bands)
 
 
 def test_what_is_wrong_with_edges_is_said_with_the_range(swept):
     with pytest.raises(InputError, match=r"which goes from 20\.\d to 79\.\d mm/s, found 200, 300"):
         split_named("speed-200-300").groups_of(swept)
     constant = [recording("a/1", "a", nominal=20.0), recording("a/2", "a", nominal=40.0)]
-    with pytest.raises(InputError, match="found 50, which is more than the speed tells apart"):
+    with pytest.raises(InputError, match="found 50, which is more than the speed has values for"):
         split_named("speed-in-50").groups_of(constant)
 
 

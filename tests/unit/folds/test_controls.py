@@ -6,7 +6,7 @@ import soundfile
 
 import afferents
 from afferents import DataSet, Recording, Session, WavFile
-from afferents.folds.controls import CONTROLS, controlled
+from afferents.folds.controls import CONTROLS, apply_control
 from afferents.folds.held_out import SPEED
 from afferents.reporting.tables import controls_table
 from afferents.store.responses import steady_s
@@ -88,7 +88,7 @@ def test_controls_that_are_left_out_are_named_with_why(tmp_path, capsys):
 
 def test_labels_are_exchanged_within_a_group_and_nothing_else_changes(stores):
     recordings = open_responses(stores["video"])
-    left = controlled(recordings, "permuted", SPEED)
+    left = apply_control(recordings, "permuted", SPEED)
     names = [one.attrs["name"] for one in recordings]
     assert [one.attrs["name"] for one in left] == names
     before, after = ([one.attrs["texture"] for one in of] for of in (recordings, left))
@@ -96,14 +96,14 @@ def test_labels_are_exchanged_within_a_group_and_nothing_else_changes(stores):
     for speed in {one.attrs["speed_mm_s"] for one in recordings}:
         at = [n for n, one in enumerate(recordings) if one.attrs["speed_mm_s"] == speed]
         assert sorted(before[n] for n in at) == sorted(after[n] for n in at)
-    assert controlled(recordings, "permuted", SPEED)[0].attrs == left[0].attrs
+    assert apply_control(recordings, "permuted", SPEED)[0].attrs == left[0].attrs
 
 
 @pytest.mark.parametrize("control", ["shuffled", "offsets", "amplitudes"])
 def test_markers_keep_what_the_control_says_and_sa1_follows_them(stores, control):
     recordings = open_responses(stores["video"])[:3]
     usual = []
-    for before, after in zip(recordings, controlled(recordings, control, SPEED), strict=True):
+    for before, after in zip(recordings, apply_control(recordings, control, SPEED), strict=True):
         start, stop = np.searchsorted(before["time"].values, steady_s(before))
         was, now = (one["position"].values[start:stop] for one in (before, after))
         rest = before["rest_position"].values

@@ -12,7 +12,8 @@ from afferents import dims
 from afferents.channels import CHANNELS, ra1, sa1
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
-from afferents.folds.corruption import Corruption, corrupted, in_variants
+from afferents.folds.corruption import Corruption, corrupted
+from afferents.folds.splits import join_variants
 from afferents.models.fusion import mean_within
 from afferents.store.integrity import sealed
 
@@ -96,7 +97,7 @@ def test_windows_are_paired_within_their_variant():
     window, frames = (
         make_samples(np.zeros((n, 1)), ("value",), ends[:n] - 1, ends[:n], attrs) for n in (2, 4)
     )
-    lead, other = (in_variants(one, one) for one in (window, frames))
+    lead, other = (join_variants(one, one) for one in (window, frames))
     values = np.arange(8.0)[:, None]
     found = mean_within(lead, np.arange(4), other, np.arange(8), values)
     assert found.ravel().tolist() == [0, 1, 4, 5]

@@ -21,7 +21,6 @@ def test_groups_of_speeds_are_numbers_in_order():
     several = [recording("a", 100.0), recording("b", 20.0), recording("c", 100.0)]
     assert SPEED.groups_of(several) == [20.0, 100.0]
     assert SPEED.printed(12.5) == "12.5 mm/s"
-    assert SPEED.read((10, "12.5"), "--held-out") == (10.0, 12.5)
 
 
 @pytest.mark.parametrize("split", [SPEED, split_named("speed,trial")])
@@ -39,7 +38,6 @@ def test_groups_of_a_condition_are_texts_in_natural_order():
         recording(str(k), trial=value) for k, value in enumerate((10, "2", 2.0, 1, "b", "a"))
     ]
     assert trial.groups_of(several) == ["1", "2", "10", "a", "b"]
-    assert trial.read((2, "b", 2.5), "--held-out") == ("2", "b", "2.5")
     assert (trial.printed("2"), trial.at(["1", "2"])) == ("trial 2", "with trial 1, 2")
     assert split_named("age").one == "an age"
 

@@ -3,6 +3,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.linear_model import LogisticRegression
@@ -12,8 +13,8 @@ from afferents.errors import AfferentsError, LeakageError
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import (
     LeaveOneSpeedOut,
-    _overlaps,
     find_leaks,
+    overlapping,
     refuse_leaks,
 )
 from afferents.models.fitted import Fitted, predict_alone
@@ -72,16 +73,16 @@ spans = st.lists(st.tuples(st.integers(0, 50), st.integers(1, 10)), max_size=15)
 @settings(max_examples=200)
 @given(spans, spans)
 def test_overlaps_agree_with_looking_at_every_pair(mine, others):
-    def ends(pairs):
-        start = np.array([s for s, _ in pairs], dtype=float)
-        return start, start + np.array([length for _, length in pairs], dtype=float)
-
-    (start, stop), (other_start, other_stop) = ends(mine), ends(others)
+    start, length = np.array([*mine, *others], dtype=float).reshape(-1, 2).T
+    tested, learnt = np.split(np.arange(len(start)), [len(mine)])
+    extent = {"start_s": start, "stop_s": start + length}
+    samples = xr.Dataset({name: ("sample", its) for name, its in extent.items()})
+    samples["recording"] = ("sample", np.full(len(start), "1/20"))
     expected = sum(
-        any(b < stop[i] and e > start[i] for b, e in zip(other_start, other_stop, strict=True))
-        for i in range(len(mine))
+        any(start[j] < start[i] + length[i] and start[j] + length[j] > start[i] for j in learnt)
+        for i in tested
     )
-    assert _overlaps(start, stop, other_start, other_stop) == expected
+    assert overlapping(samples, tested, learnt) == expected
 
 
 class GoesByTheTest(LogisticRegression):

@@ -19,7 +19,7 @@ from afferents import Model
 from afferents.channels import Ra1, name_of_channel
 from afferents.encodings.settings import Encodings
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation import recipe, train
+from afferents.evaluation import fold_files, train
 from afferents.evaluation.results import PROBABILITY
 from afferents.models.export import write_onnx
 from afferents.plugins import named
@@ -189,8 +189,8 @@ def test_channels_that_were_made_otherwise_are_others():
 
 def test_a_model_whose_channel_or_encoding_changes_is_another(tmp_path, monkeypatch):
     def keep(by):
-        monkeypatch.setattr(recipe, "checksum", lambda path: f"{path.name} {by}")
-        recipe.keep_own_models(tmp_path, [named(f"{OWN}:mine")], Encodings())
+        monkeypatch.setattr(fold_files.files, "checksum", lambda path: f"{path.name} {by}")
+        fold_files.keep_own_models(tmp_path, [named(f"{OWN}:mine")], Encodings())
 
     keep(1)
     keep(2)  # it has learnt nothing yet
@@ -207,7 +207,7 @@ def test_a_part_that_no_card_can_name_is_refused_before_the_training(stored, tmp
     class Mine(Ra1):
         name = "mine"
 
-    monkeypatch.setattr(train, "trained_on", None)
+    monkeypatch.setattr(train.fitting, "fit_once", None)
     mine = Model("m", channel=Mine(), encoding="spatial", classifier=named(f"{OWN}:perceptron"))
     with pytest.raises(
         InputError, match=r"channel: expected one of a module .* put it into a file"

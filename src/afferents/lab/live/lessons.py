@@ -19,8 +19,7 @@ from afferents.documents import read_json
 from afferents.encodings.samples import Samples, concatenate, make_samples
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
-from afferents.evaluation.encode import encode, sources_of
-from afferents.evaluation.taught import MODEL, Taught, solve_taught
+from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.extract import responses_of
 from afferents.files import PARTIAL_PREFIX, holds_only, naming, remove, write_json, write_text
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings
@@ -32,6 +31,7 @@ from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
+from afferents.models.taught import MODEL, Taught, solve_taught
 from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.layouts import AUDIO, VIDEO
@@ -47,7 +47,7 @@ LEAST = 9
 """Samples that a touch must give: a second of them, at 90 frames/s."""
 MOST_S = 60.0
 """A lesson ends after this time."""
-SOURCE = sources_of(MODEL, Encodings())[0]
+SOURCE = find_sources(MODEL, Encodings())[0]
 SENSOR = "sensor.toml"
 _MADE_BY = "afferents live --learn"
 _QUALITY = 95

@@ -9,8 +9,8 @@ import pytest
 import afferents
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import recommended
-from afferents.folds.controls import controlled
+from afferents.evaluation.plan import recommended
+from afferents.folds.controls import apply_control
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.folds.held_out import SPEED
 from afferents.models.folder import load_model
@@ -138,7 +138,7 @@ def test_models_of_displacement_are_refused(store, fails, name):
 def test_nothing_works_out_displacement_of_cells(store, sensor, tmp_path, fails):
     recordings = open_responses(store)
     with pytest.raises(InputError, match="found cells; take 'permuted'"):
-        controlled(recordings, "shuffled", SPEED)
+        apply_control(recordings, "shuffled", SPEED)
     with pytest.raises(InputError, match="with the positions of markers"):
         corrupted(recordings[0], False, Corruption(markers=0.1))
     assert "'plain' of cells" in fails("align", tmp_path, "--sensor", sensor)

@@ -10,8 +10,7 @@ import torch
 
 import afferents
 from afferents import cli, dims
-from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import encode, sources_of
+from afferents.evaluation.data import encode, find_sources, open_data
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.evaluation.train import Training, train_model
@@ -22,7 +21,7 @@ from afferents.models.model import choose_models
 from afferents.progress import Progress
 from afferents.recordings.video import open_video
 from afferents.reporting import explain
-from afferents.reporting.report import figure_data
+from afferents.reporting.data import read_figure_data
 from afferents.store.zarr_store import open_responses
 
 pytestmark = pytest.mark.system
@@ -76,7 +75,7 @@ def model(request, store):
 def test_the_report_shows_no_pixels_beside_the_markers(results):
     summary = json.loads((results / "summary.json").read_text())
     assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
-    data, notes = figure_data(load_results(results), Progress(quiet=True))
+    data, notes = read_figure_data(load_results(results), Progress(quiet=True))
     assert not notes
     shown = np.isfinite(np.concatenate([row.images for row in data.frames["sa1", 1]]))
     assert 0.6 < shown.mean() < 0.8
@@ -93,7 +92,7 @@ def test_what_is_live_is_what_was_evaluated(session, store, model):
     percepts = afferents.lab.live.stream([source], folder.with_suffix(".onnx"))
     live = {p.time_s: list(p.probabilities.values()) for p in percepts if p.probabilities}
     (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "3/50")
-    (made_of,) = sources_of(wanted, open_data([str(store)])[0].encodings)
+    (made_of,) = find_sources(wanted, open_data([str(store)])[0].encodings)
     samples = encode(responses, made_of, "all")
     network = Network(folder.with_suffix(".onnx"))
     _, deployed = load_model(folder)

@@ -14,7 +14,7 @@ from rich.console import Console
 import afferents
 from afferents import dims
 from afferents.errors import InputError
-from afferents.evaluation.encode import encode
+from afferents.evaluation.data import encode
 from afferents.lab.live import Begin, LivePipeline, Pace, ReplayedVideo, Trouble, run
 from afferents.lab.live.lessons import SOURCE
 from afferents.lab.live.terminal import Screen

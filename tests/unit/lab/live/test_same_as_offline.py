@@ -24,7 +24,7 @@ from afferents.channels import CHANNELS
 from afferents.encodings.frames import component_images, tactile_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
-from afferents.evaluation.encode import encode, sources_of
+from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.extract import responses_of
 from afferents.filling import fill
 from afferents.lab.live import (
@@ -143,7 +143,7 @@ def felt_offline(path, responses, model, cut_s):
     """By the end of each sample, from the model's folder and PyTorch."""
     _, deployed = load_model(path.with_suffix(""))
     kept = responses.assign_attrs(steady_s=f"[{cut_s}, 1000]")
-    source = sources_of(model, Encodings())[0]
+    source = find_sources(model, Encodings())[0]
     samples = encode(kept, source, "all")
     values = source.encoding.seen(samples.values)
     found = torch.column_stack(deployed(torch.from_numpy(np.ascontiguousarray(values)))).numpy()

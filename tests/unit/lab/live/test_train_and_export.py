@@ -15,9 +15,8 @@ from scipy.stats import beta
 
 import afferents
 from afferents.errors import InputError
-from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import sources_of
-from afferents.evaluation.train import felt_with
+from afferents.evaluation.data import find_sources, open_data
+from afferents.evaluation.train import describe_sensor
 from afferents.lab.live import Network
 from afferents.lab.live.network import Outcome
 from afferents.lab.live.prediction import Counters
@@ -53,11 +52,11 @@ def test_the_card_says_how_recordings_were_extracted_where_live_must_know(stores
     said = {**opened.origin.data_set.config(), "method": "published", "rest": "reference"}
     monkeypatch.setattr(type(opened.origin.data_set), "config", lambda _: said)
     late = [one.assign_attrs(rest_frame=2) for one in opened.responses]
-    source = sources_of(MODELS["sa-se"], opened.encodings)[0]
-    felt = felt_with(replace(opened, responses=late), source)
+    source = find_sources(MODELS["sa-se"], opened.encodings)[0]
+    felt = describe_sensor(replace(opened, responses=late), source)
     assert felt["sensor"]["rest_frame"] == 2
     assert felt["unlike_live"] == ("--rest reference", "--tracker published")
-    felt = felt_with(replace(opened, responses=[*late, *opened.responses]), source)
+    felt = describe_sensor(replace(opened, responses=[*late, *opened.responses]), source)
     assert felt["unlike_live"][-1] == "several rest frames"
 
 
@@ -68,7 +67,7 @@ def test_the_card_says_which_channel_was_heard_where_it_is_not_the_last(
     (opened,) = open_data([str(stores["audio"])])
     declared = {"sensor_channel": channel, "audio_channels": n}
     monkeypatch.setattr(type(opened.origin.data_set), "config", lambda _: {"declared": declared})
-    felt = felt_with(opened, sources_of(MODELS["vib-te"], opened.encodings)[0])
+    felt = describe_sensor(opened, find_sources(MODELS["vib-te"], opened.encodings)[0])
     assert len(felt["unlike_live"]) == n_said
 
 

@@ -1,7 +1,7 @@
-"""A classifier of what was taught in single touches: solved at once, and asked sample by sample.
+"""A classifier of what was taught in single touches: solved at once, it names sample by sample.
 
-It is `sa-wave-vector` as `train` solves it, from all touches. What is unknown is told otherwise
-than of trained models: by the nearest sample that was taught, since few textures have few scores.
+It is `sa-wave-vector` as `train` solves it, from all touches. What is unknown is found otherwise
+than by trained models: by the nearest sample that was taught, since few textures have few scores.
 On tuning sessions of the simulated rig (seeds 100 to 103, four drums taught at one speed, two
 unknown) the area under the ROC curve at other speeds was 0.89 so, 0.81 by scores.
 """
@@ -17,9 +17,9 @@ from afferents import dims
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, find_labels, list_textures
 from afferents.errors import InputError
-from afferents.evaluation.train import all_but_the_middle
 from afferents.folds.held_out import SPEED
 from afferents.folds.protocol import Fold
+from afferents.folds.splits import hold_out_the_middle
 from afferents.models.calibrate import calibrate_model, most_that_can_show
 from afferents.models.deployed import KNOWN, Deployed
 from afferents.models.fit_solved import learn, new_solved
@@ -38,7 +38,7 @@ _LEAST_SD = 0.1
 class Nearest:
     """How far a sample lies from the nearest one that was taught.
 
-    Values count by how much they tell textures apart: they are multiplied by their standard
+    Values count by how much they distinguish textures: they are multiplied by their standard
     deviation over all samples and divided by their variance within textures.
 
     Parameters
@@ -89,7 +89,7 @@ class Taught:
     @torch.no_grad()
     def ask(self, sample: Floats) -> tuple[Floats, float]:
         """Return the probabilities of the textures (n_textures,), and the novelty, of a sample."""
-        assert self.nearest is not None  # who knows no texture is not asked
+        assert self.nearest is not None  # needed only where a texture is known
         novelty = self.nearest.novelty(sample)
         if self.deployed is None:  # there is one texture alone
             return np.ones(1, np.float32), novelty
@@ -99,7 +99,7 @@ class Taught:
 
 
 def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
-    """Learn what textures feel like from samples of single touches.
+    """Learn textures from samples of single touches.
 
     Probabilities are calibrated by a speed that was left out, where every texture was taught at
     another one, else by the second half of each touch; then all is learnt from.
@@ -116,11 +116,11 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
     nearest = Nearest(samples.values, labels)
     if len(textures) == 1:
         return Taught(textures, most_sure=most_that_can_show(1), nearest=nearest)
-    fold = _fold_of(samples)
-    tried = _solved(samples, encoding, fold)
+    fold = _choose_fold(samples)
+    tried = _solve(samples, encoding, fold)
     calibrated = calibrate_model(*tried, fold, samples)
     everything = np.arange(len(samples))
-    deployed, _ = _solved(samples, encoding, replace(fold, train=everything))
+    deployed, _ = _solve(samples, encoding, replace(fold, train=everything))
     deployed.temperature = tried[0].temperature
     how = "by the first half of each touch, {} of the second half are"
     if fold.held_out:
@@ -136,11 +136,11 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
     )
 
 
-def _fold_of(samples: Samples) -> Fold:
+def _choose_fold(samples: Samples) -> Fold:
     """Return the fold that calibrates: a whole speed, or 0 for the second half of each touch."""
     if np.isfinite(samples[dims.SPEED].values).all():
         try:
-            return all_but_the_middle(samples)
+            return hold_out_the_middle(samples)
         except InputError:  # it needs every texture at two speeds
             pass
     recording = samples[dims.RECORDING].values
@@ -151,7 +151,7 @@ def _fold_of(samples: Samples) -> Fold:
     return Fold(0.0, 0.0, np.sort(first), second, np.empty(0, np.int64), SPEED)
 
 
-def _solved(samples: Samples, encoding: Encoding, fold: Fold) -> tuple[Deployed, LearningSet]:
+def _solve(samples: Samples, encoding: Encoding, fold: Fold) -> tuple[Deployed, LearningSet]:
     """Return the classifier that has learnt from a fold's training samples, and these."""
     ridge, labels = new_solved(MODEL, samples, encoding), find_labels(samples)
     learn(ridge, samples, labels, fold.train, 0, ridge.penalties[0])
