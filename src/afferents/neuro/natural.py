@@ -245,7 +245,7 @@ def read_nwb(
     fibre, fibre_class
         Columns of the units. Without a column of names, their numbers are taken.
     words
-        ``SA``, ``RA`` or ``PC`` by what stands in the file, where that is not plain.
+        ``SA``, ``RA`` or ``PC`` by the word in the file, where that is not one of the usual.
     speed_unit
         Of the column of speeds: ``mm/s``, ``cm/s`` or ``m/s``.
 
