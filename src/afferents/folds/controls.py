@@ -1,7 +1,7 @@
 """Controls: recordings from which was taken what should distinguish their textures.
 
 What is recognised all the same rests on something else: loudness, an offset of the day, or a
-mistake of whoever made the data or the model.
+mistake in the data or the model.
 """
 
 import zlib

@@ -169,7 +169,7 @@ class Split:
                 f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
                 f"which {len(lacking)} of {len(declared)} lack, such as {lacking[0]}"
             )
-        found = {name: text_of(its[self.name]) for name, its in declared.items()}
+        found = {name: condition_text(its[self.name]) for name, its in declared.items()}
         for name, group in found.items():
             if not 0 < len(group) <= _LONGEST:
                 expected = f"a {self.name} of 1 to {_LONGEST} characters"
@@ -352,7 +352,7 @@ def split_named(name: str) -> Split:
 
 
 def column_of(table: Any) -> str:
-    """Return the name of the column that says what a table's rows were held out with."""
+    """Return the name of a table's column of what was held out."""
     return SPEED.column if SPEED.column in table else Split.column
 
 
@@ -367,7 +367,7 @@ def folder_name(group: Group) -> str:
     )
 
 
-def text_of(value: Any) -> str:
+def condition_text(value: Any) -> str:
     """Return the value of a condition as text: 1, 1.0 and ``1`` are the same trial."""
     whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
     return str(int(value)) if whole else str(value).strip()
