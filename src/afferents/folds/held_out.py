@@ -303,15 +303,28 @@ def order(group: Group) -> tuple[float, str]:
     return (value, group)
 
 
-def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], wider: str) -> None:
-    """Refuse a texture that has no sample in some group, where it would not be tested.
+def keep_parts(
+    split: Split, samples: Samples, parts: NDArray[np.str_], groups: Sequence[Group], wider: str
+) -> Samples:
+    """Return the samples that are of a group, where recordings are divided into groups.
 
     Parameters
     ----------
+    parts
+        The group of each sample; empty for those that are of none.
+    groups
+        All that there are.
     wider
         What makes groups wider, apart from shorter windows and longer recordings.
+
+    Raises
+    ------
+    InputError
+        If a texture has no sample in some group, where it would not be tested.
     """
-    textures, its = samples[dims.TEXTURE].values, samples[split.coordinate].values
+    whole = samples.assign_coords({split.coordinate: (dims.SAMPLE, parts)})
+    kept = whole.isel({dims.SAMPLE: np.flatnonzero(parts != "")})
+    textures, its = kept[dims.TEXTURE].values, kept[split.coordinate].values
     for texture in np.unique(textures):
         there = set(its[textures == texture].tolist())
         for group in groups:
@@ -321,6 +334,7 @@ def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], 
                     f"{texture} in {split.printed(group)}; take shorter windows (--window-s), "
                     f"{wider}, or record for longer"
                 )
+    return kept
 
 
 def split_named(name: str) -> Split:
