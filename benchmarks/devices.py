@@ -21,7 +21,7 @@ import numpy as np
 
 from afferents.lab.devices import SerialDrive, V4l2Camera
 
-STAND_INS = Path(__file__).parents[1] / "tests" / "unit" / "devices"
+STAND_INS = Path(__file__).parents[1] / "tests" / "unit" / "lab" / "devices"
 sys.path.append(str(STAND_INS))
 
 from simulated_drum import Drum, SimulatedDrum  # noqa: E402

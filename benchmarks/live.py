@@ -50,8 +50,9 @@ from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card
 from afferents.models.classifiers import build
+from afferents.models.deployed import Deployed
 from afferents.models.export import export
-from afferents.models.folder import Deployed, save_weights
+from afferents.models.folder import save_weights
 from afferents.models.model import MODELS, TABLE1
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import open_video

@@ -31,7 +31,7 @@ from afferents.lab.devices import (
 )
 from afferents.lab.recorder.devices import Clock, Devices, open_devices
 from afferents.lab.recorder.page import RecordingPage
-from afferents.lab.recorder.plan import Plan, read_plan
+from afferents.lab.recorder.plan import RecordingPlan, read_plan
 from afferents.lab.recorder.rehearsal import Bench, simulate_devices
 from afferents.lab.recorder.run import Run
 from afferents.lab.recorder.watch import Watch
@@ -77,7 +77,7 @@ def short_run(seconds: float, with_page: bool) -> None:
         devices = simulate_devices(plan, path, bench)
         with open_devices(devices, plan, path):
             watch, over = Watch(), threading.Event()
-            watch.opened(devices, plan, folder, 0, 1)
+            watch.open(devices, plan, folder, 0, 1)
             page = RecordingPage(watch, load_sensor("tip_b"))
             before, begun, begun_s = _kib(), time.process_time(), time.monotonic()
             if with_page:
@@ -181,7 +181,7 @@ class QuickMicrophone(Microphone):
 def long_run(hours: float) -> None:
     """Record one run of so many hours' worth; print how memory grew."""
     tables = {"camera": {"kind": "v4l2"}, "microphone": {"kind": "portaudio"}}
-    plan = Plan(textures=("4",), speeds_mm_s=(60.0,), seconds=3600 * hours, **tables)
+    plan = RecordingPlan(textures=("4",), speeds_mm_s=(60.0,), seconds=3600 * hours, **tables)
     clock = FrameClock()
     camera = QuickCamera(clock)
     drive = ByHand(ByHand.Options())

@@ -25,7 +25,7 @@ from afferents.choices import Precision
 from afferents.doctor import processor
 from afferents.models.classifiers import build
 from afferents.models.config import TrainingConfig
-from afferents.models.hardware import has_bfloat16, to_channels_last
+from afferents.models.hardware import has_bfloat16, use_channels_last
 from afferents.models.layers import l2_penalty
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import train
@@ -101,7 +101,7 @@ def loop_rate(case: Case, precision: Precision, n_validation: int | None = None)
     model = build(case.encoding, TEXTURES, case.shape)
     training, validation = np.arange(n), np.arange(n, n + n_validation)
     trained = train(model, LearningSet(values, labels, training, validation), config, seed=0)
-    return n / statistics.median(epoch.seconds for epoch in trained.history[1:])
+    return n / statistics.median(epoch.seconds for epoch in trained.epochs[1:])
 
 
 def bare_rates(case: Case, precision: Precision) -> dict[str, float]:
@@ -117,7 +117,7 @@ def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
     """
     torch.set_num_threads(1)
     where = device()
-    model = to_channels_last(build(case.encoding, TEXTURES, case.shape).to(where))
+    model = use_channels_last(build(case.encoding, TEXTURES, case.shape).to(where))
     optimiser = torch.optim.Adam(
         [p for p in model.parameters() if p.requires_grad], eps=1e-7, fused=True
     )

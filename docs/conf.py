@@ -36,7 +36,7 @@ napoleon_use_ivar = True
 sphinx_gallery_conf = {
     "examples_dirs": ["gallery"],
     "gallery_dirs": ["examples"],
-    "filename_pattern": r"\.py$",
+    "filename_pattern": r"/(?!14_)[^/]*\.py$",  # whose data must be fetched first
     "within_subsection_order": "FileNameSortKey",
     "show_memory": False,
     "abort_on_example_error": True,

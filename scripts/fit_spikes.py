@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from afferents.spikes.afferents import AfferentClass, afferent_classes
-from afferents.spikes.artificial import stretch_of
+from afferents.spikes.artificial import choose_stretch
 from afferents.spikes.units import UNIT_MODELS, Drive
 from afferents.store.zarr_store import open_responses
 
@@ -54,8 +54,8 @@ def main(store: str) -> None:
     for afferent in afferent_classes().values():
         inputs = []
         for recording in recordings:
-            start_s, _ = stretch_of(recording)
-            inputs.append(afferent.input_of(recording, start_s, start_s + SECONDS))
+            start_s, _ = choose_stretch(recording)
+            inputs.append(afferent.read_input(recording, start_s, start_s + SECONDS))
         for model in UNIT_MODELS:
             print(f"{afferent.name} {model}: gain {fitted_gain(afferent, model, inputs):.2f}")
 

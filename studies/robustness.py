@@ -42,7 +42,7 @@ from afferents.evaluation.recipe import Evaluation, Recipe
 from afferents.evaluation.run import planned
 from afferents.files import write_aside, write_text
 from afferents.folds.corruption import Corruption
-from afferents.models.model import models_in
+from afferents.models.model import choose_models
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
 from afferents.reporting.labels import percent
@@ -122,7 +122,7 @@ def session_counts(
     usual = Recipe(
         out=asked.out.resolve(),
         data=tuple(one.origin for one in opened),
-        models=models_in(asked.models),
+        models=choose_models(asked.models),
         encodings=encodings_for(opened, "all", {n: v for n, v in wanted.items() if v}),
         options=EvaluationOptions(
             preset=asked.preset,

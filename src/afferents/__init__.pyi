@@ -23,10 +23,10 @@ from .encodings.augment import (
     stretch_spectrum as stretch_spectrum,
 )
 from .encodings.base import (
-    ImageEncoding as ImageEncoding,
-)
-from .encodings.base import (
     VibrationEncoding as VibrationEncoding,
+)
+from .encodings.frames import (
+    ImageEncoding as ImageEncoding,
 )
 from .encodings.images import (
     SpatialEncoding as SpatialEncoding,

@@ -104,5 +104,5 @@ def test_the_page_on_python_runs_from_top_to_bottom(
     assert (tmp_path / "responses.png").stat().st_size > 10_000
     assert (tmp_path / "results" / "report.html").is_file()
     assert names["card"].title == "logistic regression on RA-I"
-    assert "can't be exported or felt live" in capsys.readouterr().out
+    assert "can't be exported or run live" in capsys.readouterr().out
     pyplot.close("all")

@@ -12,7 +12,7 @@ import pytest
 from afferents.errors import InputError
 from afferents.files import LOCK, holds_only, is_our_picture, require_free
 from afferents.models.card import CARD, WEIGHTS
-from afferents.models.export import _is_exported
+from afferents.models.export import is_exported
 from afferents.models.folder import is_model_folder
 from afferents.outputs import is_locked, writing_alone
 
@@ -130,7 +130,7 @@ def test_an_exported_model_is_known_by_the_card_in_it(tmp_path):
     (tmp_path / "a.onnx").write_bytes(b"\x08\x0a...." + b'{"format":"afferents model",...}')
     (tmp_path / "b.onnx").write_bytes(b"\x08\x0a another network")
     (tmp_path / CARD).write_text(json.dumps({"format": "afferents model"}, indent=2))
-    assert [_is_exported(tmp_path / name) for name in ("a.onnx", "b.onnx", CARD)] == [
+    assert [is_exported(tmp_path / name) for name in ("a.onnx", "b.onnx", CARD)] == [
         True, False, False,
     ]  # fmt: skip
 

@@ -26,18 +26,13 @@ from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.folds.controls import CONTROLS, list_controls, stands_out
-from afferents.models.model import MODELS, Model, models_in
+from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
 from afferents.store.zarr_store import holds_all
 from afferents.version import __version__
 
-BASELINES = {
-    "chance": "afferents.benchmark.baselines:chance",
-    "nearest": "afferents.benchmark.baselines:nearest",
-}
-"""Models that are there to be compared with, and for nothing else; where they are."""
 TOUCHES_S = (0.1, 0.5, 1.0, 4.0)
 _TRIED_S = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 _ENOUGH = 0.9
@@ -99,12 +94,11 @@ def run(
     words = [task if isinstance(task, str) else task.name]
     words += [] if data is None else ["--data", str(data)]
     task = find_task(task) if isinstance(task, str) else task
-    asked = _with_baselines(models)
-    own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
+    own = {choose_models(one)[0].name: one for one in list_names(models) if ":" in one}
     source = task.source(None if data is None else Path(data))
     with Progress(quiet) as progress:
         given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}
-        options = EvaluationOptions(models=asked, **{**task.options, **given})
+        options = EvaluationOptions(models=models, **{**task.options, **given})
         _make(task, Path(source), progress)
         plain = open_evaluation(source, Path(out), options, progress)
         question = task.asked_of(plain.recordings, plain.data[0])
@@ -129,15 +123,6 @@ def run(
     if refused:
         raise LeakageError("\n".join(refused))
     return found
-
-
-def _with_baselines(
-    models: str | Model | Sequence[str | Model],
-) -> list[str | Model]:
-    """Return models with the baselines by where they are."""
-    listed = [models] if isinstance(models, str | Model) else list(models)
-    each = [part for one in listed for part in (one.split(",") if isinstance(one, str) else [one])]
-    return [BASELINES.get(one, one) if isinstance(one, str) else one for one in each]
 
 
 def _make(task: Task, store: Path, progress: Progress) -> None:
@@ -268,7 +253,6 @@ def _own(where: str) -> Own | None:
 
 
 def _command(task: Sequence[str], model: str, preset: str, seeds: Sequence[int]) -> str:
-    short = {where: name for name, where in BASELINES.items()}
-    words = ["afferents", "benchmark", "run", *task, "--models", short.get(model, model)]
+    words = ["afferents", "benchmark", "run", *task, "--models", model]
     several = ["--seeds", f"{len(seeds)}"] if len(seeds) > 1 else []
     return shlex.join([*words, "--preset", preset, *several])

@@ -108,7 +108,10 @@ def explain(found: Any, given: Given) -> Output:
     return Output(found.facts, [*found.sentences, *_pictures(found)])
 
 
-neural = explain
+def neural(found: Any, given: Given) -> Output:
+    return Output(
+        found.facts, [line for table in found.summary for line in (table, "")] + _pictures(found)
+    )
 
 
 def export(path: Any, given: Given) -> Output:

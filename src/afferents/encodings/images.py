@@ -1,4 +1,7 @@
-"""Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), and markers."""
+"""Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), or markers.
+
+Markers without rows and columns give what each shows, or its moments over a run of frames.
+"""
 
 from typing import Annotated, Any
 
@@ -8,22 +11,13 @@ from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_runs
-from afferents.encodings.base import Floats, Indices, Option, RunsLive
-from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
+from afferents.encodings.base import Floats, Indices, Option
+from afferents.encodings.frames import RunsLive
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 
 
-class TactileImages(RunsLive):
-    """What both encodings share: two copies of every sample as other speeds would give it."""
-
-    @property
-    def n_copies(self) -> int:
-        """How many copies of a sample are made."""
-        return len(RANGES)
-
-
-def _lengths(runs: Floats) -> Floats:
+def _take_lengths(runs: Floats) -> Floats:
     """Return runs (n, frame, row, column) of a response that is one number a marker."""
     if runs.shape[2] != 1:
         raise InputError(
@@ -33,14 +27,15 @@ def _lengths(runs: Floats) -> Floats:
     return runs[:, :, 0]
 
 
-class SpatialEncoding(TactileImages):
+class SpatialEncoding(RunsLive):
     """Every frame is a sample, a tactile image (row, column); it has no options."""
 
     name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
+    n_copies = len(RANGES)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
-        return _lengths(runs)[:, 0]
+        return _take_lengths(runs)[:, 0]
 
     def stretched(
         self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
@@ -69,7 +64,7 @@ class RunsOfFrames(RunsLive):
         return self.frames
 
 
-class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
+class SpatiotemporalEncoding(RunsOfFrames):
     """A run of tactile images is a sample (frame, row, column).
 
     Attributes
@@ -79,10 +74,11 @@ class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
     """
 
     name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
+    n_copies = len(RANGES)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
-        return _lengths(runs)
+        return _take_lengths(runs)
 
     def stretched(
         self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
@@ -91,13 +87,10 @@ class SpatiotemporalEncoding(TactileImages, RunsOfFrames):
         return faster_runs(samples, index, rng)
 
 
-# Without rows and columns: what each marker shows, and its moments over a run of frames.
-
-
 class MarkersEncoding(RunsLive):
     """Every frame is a sample (component, marker); it has no options.
 
-    For estimators of one's own, which need no rows and columns, and for any layout. Markers stand
+    For your own estimators, which need no rows and columns, and for any layout. Markers stand
     in the order of the layout: of a square one by row, then column, else as the sensor file lists
     them. A length has one component, a vector two (x, y).
     """
@@ -119,7 +112,7 @@ class MomentEncoding(RunsOfFrames):
 
     Of each marker and component, or of each part of the global shear, one after the other: means
     in px, then ln of spreads in px. The mean over a run is the level that friction holds the skin
-    at; it is a force, and says nothing of how fast the texture went by. The spread is what the
+    at; it is a force, and does not depend on how fast the texture went by. The spread is what the
     texture and stick-slip add; at another speed it grows or shrinks by a factor, so its logarithm
     is taken.
 

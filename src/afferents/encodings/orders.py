@@ -4,7 +4,7 @@ What repeats every 1 / k mm vibrates at k v Hz at the speed v. Over log frequenc
 spectrum is therefore one curve that speed moves as a whole; divided by the speed it stands still
 (order tracking, as for rotating machines: Fyfe & Munck, Mech. Syst. Signal Process. 1997, 11:187).
 
-With several channels their cross-spectra tell more. A pattern that slides past two taxels d mm
+With several channels their cross-spectra show more. A pattern that slides past two taxels d mm
 apart shifts their phases by 2 pi k d, whatever the speed: so phases tell k, and with the frequency
 the speed itself. Which of two phases is ahead tells the way of the slide instead: the other way
 the slide is, as far as the skin allows, played backwards. So signs of phases are left out.
@@ -21,7 +21,7 @@ from pydantic import PositiveFloat, PositiveInt
 
 from afferents import dims
 from afferents.encodings.base import SignalInfo
-from afferents.encodings.spectra import bridge
+from afferents.encodings.lines import bridge
 from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, Windows, audible_hz
 from afferents.errors import InputError
 
@@ -65,7 +65,8 @@ class OrderEncoding(WindowEncoding):
     def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return a band that is heard, and the textures' axis that is heard at all speeds.
 
-        Windows are whole recordings where these are too short for as many samples as usual.
+        Or at some speeds, if what is heard at all is less than an octave. Windows are whole
+        recordings where these are too short for as many samples as usual.
         """
         default = cls()
         highest = given.get("highest_hz", audible_hz(signal.rate_hz, default.highest_hz))
@@ -80,26 +81,19 @@ class OrderEncoding(WindowEncoding):
         lowest = given.get("lowest_hz", usual)
         if is_whole and highest < default.highest_hz and "lowest_hz" not in given:
             lowest = max(highest / 2**_OCTAVES, PERIODS / signal.longest_s)
-        chosen |= {"lowest_hz": lowest} | cls._axis(signal, lowest, highest, is_whole)
-        if signal.n_channels > 1:
-            chosen["bins_per_octave"] = _COARSE
-        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
-
-    @classmethod
-    def _axis(
-        cls, signal: SignalInfo, lowest: float, highest: float, is_whole: bool
-    ) -> dict[str, float]:
-        """Return the textures' axis: heard at all speeds, or at some if that is not an octave."""
-        default = cls()
+        chosen["lowest_hz"] = lowest
         low, high = lowest / signal.slowest_mm_s, highest / signal.fastest_mm_s
         if is_whole:
             low = max(low, PERIODS / signal.least_mm)
         if high < 2 * low:
             low, high = lowest / signal.fastest_mm_s, highest / signal.slowest_mm_s
-        usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
-        if usual and default.lowest_per_mm <= low and high <= default.highest_per_mm:
-            return {}
-        return {"lowest_per_mm": low, "highest_per_mm": high}
+        is_usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
+        is_heard = default.lowest_per_mm <= low and high <= default.highest_per_mm
+        if not (is_usual and is_heard):
+            chosen |= {"lowest_per_mm": low, "highest_per_mm": high}
+        if signal.n_channels > 1:
+            chosen["bins_per_octave"] = _COARSE
+        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse what is too short, or of too low a rate."""
@@ -113,11 +107,24 @@ class OrderEncoding(WindowEncoding):
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Return powers and coherencies of windows, (window, feature, frequency)."""
         frequencies = self.frequencies(rate_hz)
-        values = np.stack(
-            [_features(w, windows.rate_hz, speed_mm_s, frequencies, self) for w in windows.values]
-        )
-        axis = (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})
-        return values.astype(np.float32), {dims.FREQUENCY: axis}
+        resolution_hz = windows.rate_hz / windows.values.shape[1]
+        values = []
+        for window in windows.values:
+            spectrum, axis = _spectra(window, windows.rate_hz)
+            bands = _bands(axis, frequencies, self.bins_per_octave, resolution_hz)
+            masked = self.mask.masks(axis, speed_mm_s, LINE_WIDTH * resolution_hz)
+            power = _means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked), bands)
+            parts = [np.log(power)]
+            if len(spectrum) > 1:
+                spectrum[:, masked] = 0
+                mean = spectrum.mean(axis=0, keepdims=True)
+                cross = _means(spectrum * np.conj(mean), bands)
+                of_mean = _means(np.abs(mean) ** 2 + _LEAST_POWER, bands)
+                coherency = cross / np.sqrt(power * of_mean)
+                parts += [2 * coherency.real, 2 * np.abs(coherency.imag)]
+            values.append(np.concatenate(parts))
+        coordinate = (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})
+        return np.stack(values).astype(np.float32), {dims.FREQUENCY: coordinate}
 
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
@@ -131,31 +138,9 @@ class OrderEncoding(WindowEncoding):
 
 
 def geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
-    """Return so many frequencies in each factor of 2, from the lowest on."""
+    """Return frequencies from the lowest on, `per_octave` in each factor of 2."""
     steps = math.floor(math.log2(high / low) * per_octave + 1e-9)
     return np.asarray(low * 2.0 ** (np.arange(steps + 1) / per_octave))
-
-
-def _features(
-    window: NDArray[np.float64],
-    rate: float,
-    speed_mm_s: float,
-    frequencies: NDArray[np.float64],
-    encoding: OrderEncoding,
-) -> NDArray[np.float64]:
-    """Return the features of one window (time, channel), shape (feature, frequency)."""
-    n = len(window)
-    spectrum, axis = _spectra(window, rate)
-    bands = _bands(axis, frequencies, encoding.bins_per_octave, rate / n)
-    masked = encoding.mask.masks(axis, speed_mm_s, LINE_WIDTH * rate / n)
-    power = _means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked), bands)
-    if len(spectrum) == 1:
-        return np.asarray(np.log(power))
-    spectrum[:, masked] = 0
-    mean = spectrum.mean(axis=0, keepdims=True)
-    cross = _means(spectrum * np.conj(mean), bands)
-    coherency = cross / np.sqrt(power * _means(np.abs(mean) ** 2 + _LEAST_POWER, bands))
-    return np.concatenate([np.log(power), 2 * coherency.real, 2 * np.abs(coherency.imag)])
 
 
 def log_power(

@@ -106,12 +106,12 @@ def speeds_told(samples: Samples) -> NDArray[np.float64]:
     return np.asarray(samples[name].values)
 
 
-def textures_of(samples: Samples) -> list[str]:
+def list_textures(samples: Samples) -> list[str]:
     """Return the textures in natural order, which is the order of the classes."""
     return sorted(map(str, np.unique(samples[dims.TEXTURE])), key=natural_order)
 
 
-def labels_of(samples: Samples) -> NDArray[np.int64]:
-    """Return the number of each sample's texture among `textures_of`, (n_samples,)."""
-    number = {texture: i for i, texture in enumerate(textures_of(samples))}
+def find_labels(samples: Samples) -> NDArray[np.int64]:
+    """Return the number of each sample's texture among `list_textures`, (n_samples,)."""
+    number = {texture: i for i, texture in enumerate(list_textures(samples))}
     return np.array([number[str(texture)] for texture in samples[dims.TEXTURE].values])

@@ -5,24 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from afferents.documents import as_form
+from afferents.encodings import images, orders, spectra, wavenumbers
 from afferents.encodings.base import Encoding, Option, SignalInfo
-from afferents.encodings.images import (
-    MarkersEncoding,
-    MomentEncoding,
-    SpatialEncoding,
-    SpatiotemporalEncoding,
-)
-from afferents.encodings.orders import OrderEncoding
-from afferents.encodings.spectra import SpectralEncoding
-from afferents.encodings.wavenumbers import WavenumberEncoding
 from afferents.errors import InputError
 from afferents.plugins import imported, reference_of
 
 ENCODINGS: dict[str, type[Encoding]] = {
     kind.name: kind
     for kind in (
-        SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
-        OrderEncoding, WavenumberEncoding, MarkersEncoding, MomentEncoding,
+        images.SpatialEncoding, images.SpatiotemporalEncoding, spectra.SpectralEncoding,
+        orders.OrderEncoding, wavenumbers.WavenumberEncoding,
+        images.MarkersEncoding, images.MomentEncoding,
     )
 }  # fmt: skip
 """The paper's three, then ours."""
@@ -42,7 +35,7 @@ class Encodings:
     suited
         Those that differ from their class's defaults, as they suit a kind of data.
     wanted
-        Values of options that a user asked for, by name of the field.
+        Values of options that a user set, by name of the field.
     """
 
     suited: tuple[Encoding, ...] = ()
@@ -67,7 +60,7 @@ class Encodings:
         signal
             By which options that are not given are chosen; None to leave them as they are.
         wanted
-            What a user asks for beside, by name of the field; others are chosen to go with it.
+            What a user sets besides, by name of the field; others are chosen to go with it.
 
         Raises
         ------
@@ -82,7 +75,11 @@ class Encodings:
         suited = {n: as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items()}
         if signal is not None:
             for name, kind in ENCODINGS.items():
-                suited[name] = _completed(suited.get(name) or kind(), signal, wanted or {})
+                encoding = suited.get(name) or kind()
+                encoding.changed(**wanted or {})  # what makes no sense is refused as ever
+                given = {field: getattr(encoding, field) for field in encoding.model_fields_set}
+                more = {k: v for k, v in (wanted or {}).items() if v is not None}
+                suited[name] = kind(**{**kind.suiting(signal, given | more), **given})
         return cls(tuple(suited.values()))
 
     def changed(self, **wanted: Any) -> "Encodings":
@@ -100,40 +97,27 @@ class Encodings:
         return changed
 
     def of(self, encoding: str | Encoding) -> Encoding:
-        """Return an encoding, by name or as given, with the options asked for.
+        """Return an encoding, by name or as given, with the options that a user set.
 
         Raises
         ------
         InputError
-            If there is none of that name, or it can't have the values asked for.
+            If there is none of that name, or it can't have the values set.
         """
-        return self._plain(encoding).changed(**dict(self.wanted))
-
-    def _plain(self, encoding: str | Encoding) -> Encoding:
-        if isinstance(encoding, Encoding):
-            return encoding
-        for suited in self.suited:
-            if suited.name == encoding:
-                return suited
-        if encoding not in ENCODINGS:
-            known = f"an Encoding, or one of {', '.join(ENCODINGS)}"
-            raise InputError(f"encoding: expected {known}, found {encoding!r}")
-        return ENCODINGS[encoding]()
+        if not isinstance(encoding, Encoding):
+            if encoding not in ENCODINGS:
+                known = f"an Encoding, or one of {', '.join(ENCODINGS)}"
+                raise InputError(f"encoding: expected {known}, found {encoding!r}")
+            suited = {one.name: one for one in self.suited}
+            encoding = suited.get(encoding) or ENCODINGS[encoding]()
+        return encoding.changed(**dict(self.wanted))
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return all of them by name, as a results folder keeps them."""
         return {name: self.of(name).model_dump(mode="json") for name in ENCODINGS}
 
 
-def _completed(given: Encoding, signal: SignalInfo, wanted: Mapping[str, Any]) -> Encoding:
-    """Return an encoding whose options that nobody gave are chosen."""
-    given.changed(**wanted)  # what makes no sense is refused as ever
-    said = {name: getattr(given, name) for name in given.model_fields_set}
-    decided = said | {name: value for name, value in wanted.items() if value is not None}
-    return type(given)(**{**type(given).suiting(signal, decided), **said})
-
-
-def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
+def read_encoding(described: Mapping[str, Any], where: object) -> Encoding:
     """Return the encoding that a card describes by its name and fields.
 
     Raises
@@ -152,13 +136,13 @@ def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
     return as_form(fields, kind, where, wanted, "train the model again")
 
 
-def described(encoding: Encoding) -> dict[str, Any]:
-    """Return an encoding's name, or ``module:NAME`` of one's own, and fields, for `encoding_of`.
+def describe_encoding(encoding: Encoding) -> dict[str, Any]:
+    """Return an encoding's name, or ``module:NAME``, and its fields; see `read_encoding`.
 
     Raises
     ------
     InputError
-        If it is somebody's own and can't be imported.
+        If it is a user's own and can't be imported.
     """
     ours = ENCODINGS.get(encoding.name) is type(encoding)
     name = encoding.name if ours else reference_of(type(encoding), "encoding")

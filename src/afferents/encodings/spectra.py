@@ -1,114 +1,28 @@
-"""Amplitude spectra of windows of vibration (paper, 2.3.3), and a machine's lines in them."""
+"""Amplitude spectra of windows of vibration: the paper's temporal encoding (section 2.3.3)."""
 
-import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 import numpy as np
 import scipy.fft
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, model_validator
+from pydantic import PositiveFloat, PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
-from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo, VibrationEncoding
+from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo
 from afferents.encodings.samples import Samples, make_samples
+from afferents.encodings.windows import STRIDE_OPTION, WINDOW_OPTION, Windowed
 from afferents.errors import InputError
 
-HARMONICS = 8
-_WIDTH = 0.01
-"""A line that follows the speed is as wide as the speed is uneven: this share of its frequency."""
-
-
-class Lines(BaseModel):
-    """Lines to be masked, with their harmonics.
-
-    Attributes
-    ----------
-    hertz
-        Fundamentals that stand still, such as 50.
-    per_mm
-        Fundamentals that follow the sliding speed, cycles per mm, such as a motor that turns 14.4
-        times for 251 mm: 0.0573.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    hertz: tuple[PositiveFloat, ...] = ()
-    per_mm: tuple[PositiveFloat, ...] = ()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_text(cls, given: Any) -> Any:
-        """Take text as well, so that an encoding's `mask` may be given as it is typed."""
-        return cls.parse(given).model_dump() if isinstance(given, str) else given
-
-    @classmethod
-    def parse(cls, text: str) -> Self:
-        """Read an option such as ``50Hz,0.0573/mm``.
-
-        Raises
-        ------
-        InputError
-            If a part is neither.
-        """
-        found: dict[str, list[float]] = {"Hz": [], "/mm": []}
-        for part in text.split(","):
-            line = re.fullmatch(r"\s*(\d*\.?\d+)\s*(Hz|/mm)\s*", part)
-            if line is None or float(line[1]) == 0:
-                raise InputError(f"--mask: expected lines as in 50Hz,0.0573/mm, found '{part}'")
-            found[line[2]].append(float(line[1]))
-        return cls(hertz=tuple(found["Hz"]), per_mm=tuple(found["/mm"]))
-
-    def masks(
-        self, frequency: NDArray[np.float64], speed_mm_s: float, resolution_hz: float
-    ) -> NDArray[np.bool_]:
-        """Return which frequencies, Hz, lie on a line or a harmonic of it."""
-        fundamentals = [(f, 0.0) for f in self.hertz]
-        fundamentals += [(k * speed_mm_s, _WIDTH) for k in self.per_mm]
-        masked = np.zeros(len(frequency), dtype=bool)
-        for fundamental, width in fundamentals:
-            for line in fundamental * np.arange(1, HARMONICS + 1):
-                masked |= np.abs(frequency - line) <= max(resolution_hz, width * line)
-        return masked
-
-
-def bridge(
-    power: NDArray[np.float64], frequency: NDArray[np.float64], masked: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Return spectra (..., frequency), above 0, with masked stretches replaced by straight lines.
-
-    Straight in the logarithm, from edge to edge: nothing of the masked values is left, and nothing
-    at all where all are masked.
-    """
-    if not masked.any():
-        return power
-    if masked.all():
-        return np.ones_like(power)
-    kept = ~masked
-    logs = np.log(power)
-    flat = logs.reshape(-1, logs.shape[-1])
-    for row in flat:
-        row[masked] = np.interp(frequency[masked], frequency[kept], row[kept])
-    return np.exp(logs)
-
-
-# Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3).
-
-WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
-_DENSEST = 1000
 _LEAST_SAMPLES = 128
 """Of a window, where a second has fewer than the spectrum needs."""
 FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
-STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 
-Windowed = TypeVar("Windowed", bound=VibrationEncoding)
-
-
-class SpectralEncoding(VibrationEncoding):
+class SpectralEncoding(Windowed):
     """The amplitude spectrum of a window is a sample; the defaults are the published ones.
 
     Attributes
@@ -131,11 +45,10 @@ class SpectralEncoding(VibrationEncoding):
     """
 
     name, sample_dims = "spectral", (dims.CHANNEL, dims.FREQUENCY)
-    scaled = True
+    scaled, n_copies = True, len(COPIES)
 
     window_s: Annotated[PositiveFloat, WINDOW_OPTION] = 1.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 0.5
-    windows: PositiveInt | None = None
     fft_points: Annotated[
         PositiveInt | None,
         Option("--fft-points", "Points of the FFT; windows are zero-padded to them.", int),
@@ -160,7 +73,8 @@ class SpectralEncoding(VibrationEncoding):
         if window_s is None:
             window_s, least_s = default.window_s, _LEAST_SAMPLES / signal.rate_hz
             if window_s > signal.shortest_s or round(window_s * signal.rate_hz) // 2 + 1 < bins:
-                window_s = signal.samples_within(max(window_s, least_s))
+                longest_s = min(max(window_s, least_s), signal.shortest_s)
+                window_s = int(longest_s * signal.rate_hz + 1e-6) / signal.rate_hz  # whole samples
         length = round(window_s * signal.rate_hz)
         chosen |= {"window_s": window_s, "stride_s": window_s / 2}
         if signal.shortest_s < 2 * window_s and "stride_s" not in given:
@@ -171,7 +85,7 @@ class SpectralEncoding(VibrationEncoding):
 
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted; twice the bins wanted are kept, for slowed copies."""
-        new = by_stride(super().changed(**wanted), **wanted)
+        new = super().changed(**wanted)
         least = new.model_bins * (2 if wanted.get("model_bins") else 1)
         return new.model_copy(update={"kept_bins": max(new.kept_bins, least)})
 
@@ -180,12 +94,8 @@ class SpectralEncoding(VibrationEncoding):
         length = round(self.window_s * rate_hz)
         points = self.fft_points or length
         if n < length:
-            raise InputError(shorter_than_window(self.window_s, n / rate_hz, where))
-        if length < 2:
-            raise InputError(
-                f"--window-s: expected at least two samples at {rate_hz:g} Hz, found {length}"
-            )
-        require_stride(self.stride_s, self.window_s)
+            self.refuse_short(self.window_s, n / rate_hz, where)
+        self.require_window(length, rate_hz)
         if points < length:
             raise InputError(
                 f"--fft-points: expected at least the window's {length} samples, found {points}"
@@ -203,11 +113,6 @@ class SpectralEncoding(VibrationEncoding):
         """Return the bins that a network sees."""
         return values[..., : self.model_bins]
 
-    @property
-    def n_copies(self) -> int:
-        """How many copies of a spectrum are made."""
-        return len(COPIES)
-
     def stretched(
         self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
     ) -> tuple[Floats, Indices]:
@@ -218,33 +123,6 @@ class SpectralEncoding(VibrationEncoding):
     def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":
         """Return what gives a spectrum at every stride."""
         return SpectrumStream(self, rate_hz, n_channels)
-
-
-def by_stride(encoding: Windowed, stride_s: float | None = None, **_: Any) -> Windowed:
-    """Return an encoding whose stride, if one is wanted, replaces a number of windows."""
-    return encoding if stride_s is None else encoding.model_copy(update={"windows": None})
-
-
-def require_stride(stride_s: float, window_s: float) -> None:
-    """Refuse windows that lie so densely that they would fill the memory with the same sound."""
-    if stride_s < window_s / _DENSEST:
-        expected = f"at least {window_s / _DENSEST:g} s, a thousandth of the window"
-        raise InputError(f"--stride-s: expected {expected}, found {stride_s:g}")
-
-
-def shorter_than_window(window_s: float, found_s: float, where: str) -> str:
-    """Say that what is used of a recording is shorter than a window, and what sets its length."""
-    return (
-        f"{where}: expected at least one window of {window_s:g} s, found {found_s:.2f} s; "
-        "--window-s sets a shorter one, steady_s a longer part"
-    )
-
-
-def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:
-    """Return where the windows of a signal of n samples start: a stride apart, or `count`."""
-    if count is None:
-        return np.arange(0, n - length + 1, stride)
-    return np.linspace(0, n - length, count).astype(np.int64)
 
 
 def amplitude_spectrum(
@@ -261,7 +139,7 @@ def amplitude_spectrum(
 
 
 def without_mean(windows: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return windows (..., time) with their means taken off, the same however they lay."""
+    """Return windows (..., time) with their means taken off, whatever their layout in memory."""
     windows = np.ascontiguousarray(windows)  # the order of the sum depends on the layout
     return np.asarray(windows - windows.mean(axis=-1, keepdims=True))
 
@@ -292,8 +170,7 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
     encoding.require(len(signal), rate, where)
     length = round(encoding.window_s * rate)
     points = encoding.fft_points or length
-    stride = max(1, round(encoding.stride_s * rate))
-    starts = window_starts(len(signal), length, stride, encoding.windows)
+    starts = encoding.starts(len(signal), length, rate)
     cut = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)[starts]
     if encoding.remove_mean:
         cut = without_mean(cut)
@@ -352,17 +229,15 @@ class SpectrumStream:
             found = f"samples of shape {samples.shape}"
             raise InputError(f"the vibration: expected {self._n_channels} channels, found {found}")
         self._held = np.concatenate([self._held, samples.T], axis=1, dtype=np.float32)
-        ready: list[Ready] = []
+        encoding, ready = self._encoding, []
         while (stop := self._start + self._length) <= self._held.shape[1]:
             taken = len(samples) + stop - self._held.shape[1]
-            spectrum = self._spectrum(self._held[:, self._start : stop])
+            window = self._held[:, self._start : stop]
+            if encoding.remove_mean:
+                window = without_mean(window)
+            spectrum = amplitude_spectrum(window, encoding.fft_points, encoding.model_bins)
             ready.append(Ready(spectrum, time_s + taken / self._rate_hz))
             self._start += self._stride
         gone = min(self._start, self._held.shape[1])  # a stride may be longer than a window
         self._held, self._start = self._held[:, gone:], self._start - gone
         return ready
-
-    def _spectrum(self, window: NDArray[np.float32]) -> NDArray[np.float32]:
-        encoding = self._encoding
-        window = without_mean(window) if encoding.remove_mean else window
-        return amplitude_spectrum(window, encoding.fft_points, encoding.model_bins)

@@ -14,7 +14,7 @@ from afferents.store.recording import spacing_mm
 
 
 def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
-    """Say which waves a fingertip can't show: at least two pins must fall on one.
+    """Return in a sentence which waves a fingertip can't show: two pins must fall on one.
 
     Shannon, Communication in the presence of noise, Proc. IRE 1949: shorter ones look like longer
     ones, or like none.
@@ -22,32 +22,31 @@ def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
     Parameters
     ----------
     pitch_mm
-        Distance of its pins, mm; None where the sensor file does not say.
+        Distance of its pins, mm; None where the sensor file has none.
     textures
         Named by the spacing of their bumps; those with bumps closer together are listed.
     """
-    if pitch_mm is None:
-        return "Models of waves cannot resolve waves shorter than twice the distance of the pins."
-    finer = [t for t in textures if 0 < (spacing_mm(t) or 0.0) < 2 * pitch_mm]
-    named = f" (here the bumps of {', '.join(finer)})" if finer else ""
+    limit = ""
+    if pitch_mm is not None:
+        finer = [t for t in textures if 0 < (spacing_mm(t) or 0.0) < 2 * pitch_mm]
+        limit = f", {2 * pitch_mm:g} mm"
+        if finer:
+            limit += f" (here the bumps of {', '.join(finer)})"
     return (
-        "Models of waves cannot resolve waves shorter than twice the distance of the pins, "
-        f"{2 * pitch_mm:g} mm{named}."
+        f"Models of waves cannot resolve waves shorter than twice the distance of the pins{limit}."
     )
 
-
-# Wavenumbers: which waves stand in tactile images, in their lengths and not in their places.
-#
-# A texture presses its own pattern into the skin, and the length of the pattern's waves does not
-# depend on how fast it slides by. So the power of a tactile image over wavenumbers (its
-# two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
 
 _LEAST_POWER = 1e-6
 """In px squared, that of noise of 0.0001 px a marker: below all that is tracked."""
 
 
 class WavenumberEncoding(RunsOfFrames):
-    """The power of a run's images over wavenumbers is a sample.
+    """The power of a run's images over wavenumbers is a sample: the lengths of waves, not places.
+
+    A texture presses its own pattern into the skin, and the length of the pattern's waves does not
+    depend on how fast it slides by. So the power of a tactile image over wavenumbers (its
+    two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
 
     The natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
     how much does not matter, only where. SA-I is taken relative to its mean over the run.

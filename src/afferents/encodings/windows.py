@@ -1,8 +1,8 @@
-"""Windows of vibration, with no more samples than the highest frequency needs."""
+"""Windows of vibration: how they are cut, and encodings of long ones, of low frequencies."""
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, NoReturn, Self
 
 import numpy as np
 import xarray as xr
@@ -11,16 +11,8 @@ from pydantic import Field, PositiveFloat, PositiveInt, field_validator
 
 from afferents import dims
 from afferents.encodings.base import Option, VibrationEncoding
+from afferents.encodings.lines import Lines
 from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.spectra import (
-    STRIDE_OPTION,
-    WINDOW_OPTION,
-    Lines,
-    by_stride,
-    require_stride,
-    shorter_than_window,
-    window_starts,
-)
 from afferents.errors import InputError
 from afferents.store.motion import Series
 
@@ -31,12 +23,53 @@ _HEARD = 0.95
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 _SMOOTH = 3.0
-"""So many times as many are kept where values are read between samples, by cubic splines."""
+"""Times as many are kept where values are read between samples, by cubic splines."""
 _FINEST = 8.0
 """What is slower than the mean by more than this has too little of a window's way to matter."""
+_DENSEST = 1000
+"""Windows that begin in the time of one: more would fill the memory with the same sound."""
+WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
+STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 
-class WindowEncoding(VibrationEncoding):
+class Windowed(VibrationEncoding):
+    """An encoding of windows of vibration: a stride apart, or a number of them a recording."""
+
+    window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
+    stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
+    windows: PositiveInt | None = None
+
+    def changed(self, **wanted: Any) -> Self:
+        """Return it with the values wanted; a stride replaces a number of windows."""
+        new = super().changed(**wanted)
+        return new if wanted.get("stride_s") is None else new.model_copy(update={"windows": None})
+
+    def require_window(self, length: int, rate_hz: float) -> None:
+        """Refuse windows of less than two samples, and a stride that is far smaller than they."""
+        if length < 2:
+            raise InputError(
+                f"--window-s: expected at least two samples at {rate_hz:g} Hz, found {length}"
+            )
+        least_s = (self.window_s or 0.0) / _DENSEST
+        if self.stride_s < least_s:
+            expected = f"at least {least_s:g} s, a thousandth of the window"
+            raise InputError(f"--stride-s: expected {expected}, found {self.stride_s:g}")
+
+    def refuse_short(self, window_s: float, found_s: float, where: str) -> NoReturn:
+        """Refuse what is used of a recording as shorter than a window."""
+        raise InputError(
+            f"{where}: expected at least one window of {window_s:g} s, found {found_s:.2f} s; "
+            "--window-s sets a shorter one, steady_s a longer part"
+        )
+
+    def starts(self, n: int, length: int, rate_hz: float) -> NDArray[np.int64]:
+        """Return where windows of a signal of n samples start."""
+        if (count := 1 if self.window_s is None else self.windows) is None:
+            return np.arange(0, n - length + 1, max(1, round(self.stride_s * rate_hz)))
+        return np.linspace(0, n - length, count).astype(np.int64)
+
+
+class WindowEncoding(Windowed):
     """An encoding of windows that may be long, and of low frequencies.
 
     Attributes
@@ -47,8 +80,8 @@ class WindowEncoding(VibrationEncoding):
     stride_s
         Distance between the starts of windows, s.
     windows
-        Exactly so many windows a recording instead of the stride, evenly spread; only one where
-        a window is all of it.
+        Number of windows a recording instead of the stride, evenly spread; only one where a window
+        is all of it.
     highest_hz
         Of the frequencies that are kept (lowered to what the sample rate allows).
     mask
@@ -58,9 +91,6 @@ class WindowEncoding(VibrationEncoding):
         steps of the surface. ``time``: they are left as they were recorded.
     """
 
-    window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
-    stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
-    windows: PositiveInt | None = None
     highest_hz: PositiveFloat = 200.0
     mask: Annotated[
         Lines,
@@ -97,21 +127,14 @@ class WindowEncoding(VibrationEncoding):
     def _whole(cls, given: Any) -> Any:
         return None if given == "whole" else given
 
-    def changed(self, **wanted: Any) -> Self:
-        """Return it with the values wanted."""
-        return by_stride(super().changed(**wanted), **wanted)
-
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse n values, of a rate in Hz, that are shorter than a window."""
         seconds = self.window_s or n / rate_hz
         kept_hz = rate_hz / decimation(rate_hz, self.highest_hz)
-        if self.window_s is not None and (length := round(self.window_s * kept_hz)) < 2:
-            raise InputError(
-                f"--window-s: expected at least two samples at {kept_hz:g} Hz, found {length}"
-            )
-        require_stride(self.stride_s, self.window_s or 0.0)
+        if self.window_s is not None:
+            self.require_window(round(self.window_s * kept_hz), kept_hz)
         if n < round(seconds * rate_hz) or n < 2:
-            raise InputError(shorter_than_window(seconds, n / rate_hz, where))
+            self.refuse_short(seconds, n / rate_hz, where)
 
     @abstractmethod
     def features(
@@ -182,7 +205,7 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     vibration
         RA-II with `sample_rate_hz` in its attrs.
     kept
-        Audio samples that the cut keeps; `WindowEncoding.require` says whether they are enough.
+        Audio samples that the cut keeps; `WindowEncoding.require` checks that they are enough.
     """
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
@@ -194,15 +217,13 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     rate_kept, length = rate / down, len(signal)
     if encoding.window_s is not None:
         length = min(length, round(encoding.window_s * rate_kept))
-    stride = max(1, round(encoding.stride_s * rate_kept))
-    count = 1 if encoding.window_s is None else encoding.windows
-    starts = window_starts(len(signal), length, stride, count)
+    starts = encoding.starts(len(signal), length, rate_kept)
     values = np.stack([signal[i : i + length] for i in starts])
     start_s = kept.start / rate + starts / rate_kept
     return Windows(values, rate_kept, start_s, start_s + length / rate_kept)
 
 
-def with_distance(vibration: xr.DataArray, speed: Series) -> xr.DataArray:
+def add_distance(vibration: xr.DataArray, speed: Series) -> xr.DataArray:
     """Return vibration with the way along the surface, mm, as a coordinate; NaN where not known."""
     n, rate = vibration.sizes[dims.AUDIO_TIME], float(vibration.attrs[dims.SAMPLE_RATE])
     way = speed.along(np.arange(n) / rate)
@@ -272,5 +293,5 @@ def audible_hz(rate_hz: float, highest_hz: float) -> float:
 
 
 def decimation(rate: float, highest_hz: float) -> int:
-    """Return that only every so manyth sample is needed for frequencies up to the highest."""
+    """Return n where one of n samples is enough for frequencies up to the highest."""
     return max(1, int(rate / (_OVERSAMPLING * highest_hz)))

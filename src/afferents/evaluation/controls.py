@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from afferents import dims
 from afferents.channels import CHANNELS
 from afferents.choices import flag_of
-from afferents.encodings.samples import labels_of, textures_of
+from afferents.encodings.samples import find_labels, list_textures
 from afferents.errors import InputError, reading
 from afferents.evaluation import metrics
 from afferents.evaluation.data import Source, encode_all, has, kept_part
@@ -59,7 +59,7 @@ def ask_controls(
     recordings
         As they are, with the part of them that is used.
     """
-    from afferents.models.fit_solved import predict_left_out  # arrays alone need no torch
+    from afferents.models.solved import predict_left_out  # arrays alone need no torch
 
     if any(dims.POSITION in one for one in recordings):
         return {}
@@ -76,10 +76,10 @@ def ask_controls(
         of, groups = np.unique(split.of(samples), return_inverse=True)
         values = samples.values.reshape(len(samples), -1)
         sharing = np.array([split.sharing(of, group) for group in of.tolist()])
-        named = predict_left_out(values, labels_of(samples), groups, sharing)
+        named = predict_left_out(values, find_labels(samples), groups, sharing)
         table = metrics.tabulate_predictions(
             samples[dims.TEXTURE].values,
-            np.array(textures_of(samples))[named],
+            np.array(list_textures(samples))[named],
             split.of(samples),
             samples[dims.RECORDING].values,
         )

@@ -17,7 +17,7 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding, SignalInfo
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings
-from afferents.encodings.windows import with_distance
+from afferents.encodings.windows import add_distance
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.intervals import numbered
 from afferents.evaluation.results import Lost, WithIssues
@@ -470,7 +470,7 @@ def encode(
         response = ablation.shown(response)
     series = speed_along(responses)
     if series is not None and source.encoding.by_distance:
-        response = with_distance(response, series)
+        response = add_distance(response, series)
     samples = source.encoding.samples(response, kept, source.channel.lookback)
     if series is None:
         return samples

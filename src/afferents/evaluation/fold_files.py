@@ -58,7 +58,7 @@ from afferents.folds.held_out import (
     split_named,
 )
 from afferents.folds.protocol import Fold, ProtocolName
-from afferents.models.model import MODELS, Model, own_of
+from afferents.models.model import MODELS, Model, pick_own
 
 FOLDS, PLAN, OWN_MODELS = "folds", "plan.json", "own_models.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
@@ -427,7 +427,7 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
         If a name stood for another model before, of which a fold was learnt or begun.
     """
     kept = _read_own_models(results)
-    for model in own_of(models):
+    for model in pick_own(models):
         found = _describe_model(model, encodings)
         there = (results / FOLDS / model.name).rglob("*")
         begun = any(path.name == FOLD or path.suffix == ".checkpoint" for path in there)

@@ -205,7 +205,7 @@ class EvaluationOptions(TrainingOptions):
         ),
     ] = MODELS_ASKED
     """Names, comma-separated: 'all' for the paper's Table 1, 'best' for what we recommend for such
-    data, FILE.py:NAME for one of your own."""
+    data, 'chance' and 'nearest' to compare with, FILE.py:NAME for one of your own."""
     protocol: str = "nested"
     """'nested': the held-out speed is unseen until the test. 'published', as in the paper's code:
     half of it selects the model (leaky), and spectra are scaled and stretched otherwise. Or

@@ -24,11 +24,11 @@ from afferents.folds.corruption import Corruption
 from afferents.models import fitting
 from afferents.models import model as rows
 from afferents.models.base import Solved
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
 from afferents.models.config import RECIPES
 from afferents.models.fitted import require_buildable
+from afferents.models.fusion import LateFusion
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model
-from afferents.models.solved import LateFusion
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, sources_in
 from afferents.store.motion import has_speed
@@ -42,7 +42,7 @@ def find_lack(model: Model, recordings: Sequence[Responses]) -> str:
 
     def learns_speeds(model: Model) -> bool:
         """Return whether it, or a part of it that learns on its own, needs to know speeds."""
-        kind = classifier_of(model.classifier)
+        kind = get_classifier(model.classifier)
         return kind.needs_speed or any(learns_speeds(MODELS[name]) for name in model.parts)
 
     sources = data.find_sources(model, Encodings())
@@ -81,7 +81,7 @@ def require_support(
         lacks what it needs, and the models that are possible. If one of a user's own has a name
         that is taken, or parts that can't be joined.
     """
-    for model in rows.own_of(wanted):
+    for model in rows.pick_own(wanted):
         _require_joinable(model)
     able = [model for model in wanted if not find_lack(model, recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
@@ -96,8 +96,8 @@ def require_support(
 
 def _require_joinable(model: Model) -> None:
     """Refuse a model with parts that can't be joined, or without what joins them."""
-    kind, expected = classifier_of(model.classifier), ""
-    able = [n for n, one in MODELS.items() if issubclass(classifier_of(one.classifier), Solved)]
+    kind, expected = get_classifier(model.classifier), ""
+    able = [n for n, one in MODELS.items() if issubclass(get_classifier(one.classifier), Solved)]
     if bool(model.parts) != (kind is LateFusion):
         expected = "parts where the classifier is late-fusion, and only there"
         found = f"{len(model.parts)} parts with {kind.name}"
@@ -188,13 +188,13 @@ def require_options(
         return of_sound or (corruption.of_markers and not all(sounds))
 
     def has_penalty(model: Model) -> bool:
-        kind = classifier_of(model.classifier)
+        kind = get_classifier(model.classifier)
         if issubclass(kind, Solved):
             return bool(kind.searched) or len(kind.penalties) > 1
         return any(has_penalty(MODELS[name]) for name in model.parts)
 
     def goes_by_recipe(model: Model) -> bool:
-        recipe = fitting.recipe_of(model, encodings.of(model.encoding))
+        recipe = fitting.choose_recipe(model, encodings.of(model.encoding))
         return fitting.learns_in_a_loop(model) and recipe in options.recipe.changed
 
     _require_no_hint_of_speed(models, encodings)
@@ -449,7 +449,7 @@ def open_evaluation(
     InputError
         If a model is unknown, or the data can't be read.
     """
-    models = rows.models_in(options.models)
+    models = rows.choose_models(options.models)
     lengths = read_lengths(options.encoding.get(FRAMES))
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FRAMES)}
     opened = data.open_data(sources_in(sources), options.without, options.keep_going, progress)
@@ -459,7 +459,7 @@ def open_evaluation(
     if (settled := options.by.settled(used).name) != options.split:
         options = options.model_copy(update={"split": settled})
     encodings = data.choose_encodings(opened, options.cut, wanted, options.steady, used)
-    if "best" in rows.names_in(options.models) or not models:
+    if "best" in rows.list_names(options.models) or not models:
         best = find_best(recordings)
         models = models if best in models else [*models, best]
     models = vary_length(models, lengths, encodings) if lengths else models

@@ -20,7 +20,7 @@ import torch
 from joblib import cpu_count
 
 from afferents import dims, parallel
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation import controls, data, fold_files, plan
@@ -35,11 +35,11 @@ from afferents.folds import splits
 from afferents.folds.held_out import Group, key_of
 from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models import fitting
-from afferents.models.fitted import Fitting, Part, ask_alone
-from afferents.models.folder import weights_of
+from afferents.models.checkpoint import Checkpoint
+from afferents.models.fitted import Fitting, Part, predict_alone
+from afferents.models.folder import dump_weights
 from afferents.models.hardware import is_out_of_memory
-from afferents.models.loop import Checkpoint
-from afferents.models.model import Model, names_in
+from afferents.models.model import Model, list_names
 from afferents.outputs import writing_alone
 from afferents.progress import Progress
 from afferents.store import responses as store
@@ -67,7 +67,7 @@ def run_evaluation(
         If anything of a held-out speed is seen under the nested protocol.
     """
     options, out, everything = evaluation.options, evaluation.out, evaluation.recordings
-    may_leave_out = "all" in names_in(options.models)
+    may_leave_out = "all" in list_names(options.models)
     able = plan.require_support(evaluation.models, everything, may_leave_out)
     left_out = [model.name for model in evaluation.models if model not in able]
     if left_out:
@@ -415,19 +415,19 @@ def train_and_test(
     for number, part in enumerate(parts):
         check(number, part.fold.train[:0])
     lead, searched = parts[0], options.penalty == "searched"
-    config = options.training(fitting.recipe_of(model, lead.encoding))
+    config = options.training(fitting.choose_recipe(model, lead.encoding))
     fitted = fitting.fit(
         Fitting(model, parts, protocol, config, key.seed, ranks[0], check, checkpoint, searched)
     )
     seconds = round(time.perf_counter() - start, 3)
-    alone = ask_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
+    alone = predict_alone(model.name, fitted, lead.fold.test) if protocol.refuses_leaks else {}
     facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone
     facts |= key.content() | {"leaks": leaks[0].describe(key.split)}
     predictions = fold_files.predictions_table(
-        key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
+        key, lead.samples, lead.fold, fitted.probabilities, list_textures(lead.samples),
         fitted.speed_mm_s,
     )  # fmt: skip
-    return FoldFacts.model_validate(facts), predictions, weights_of(fitted.classifier)
+    return FoldFacts.model_validate(facts), predictions, dump_weights(fitted.classifier)
 
 
 @contextmanager

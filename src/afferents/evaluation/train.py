@@ -11,8 +11,8 @@ import torch
 from afferents import dims
 from afferents.channels import name_of_channel
 from afferents.choices import LARGEST_SEED, require_number
-from afferents.encodings.samples import textures_of
-from afferents.encodings.settings import Encodings, described
+from afferents.encodings.samples import list_textures
+from afferents.encodings.settings import Encodings, describe_encoding
 from afferents.errors import InputError, then
 from afferents.evaluation import data as opening
 from afferents.evaluation import plan
@@ -26,9 +26,10 @@ from afferents.folds.splits import hold_out_the_middle
 from afferents.models import fitting, folder
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
-from afferents.models.classifiers import classifier_of
+from afferents.models.classifiers import get_classifier
+from afferents.models.deployed import Deployed, Recogniser
 from afferents.models.fitted import Part
-from afferents.models.model import MODELS, Model, models_in, names_in
+from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import reference_of
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
@@ -64,7 +65,7 @@ class Training:
     @property
     def recipe(self) -> str:
         """Name of the recipe that the model's network is trained by."""
-        return fitting.recipe_of(self.model, self.source.encoding)
+        return fitting.choose_recipe(self.model, self.source.encoding)
 
 
 def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -104,20 +105,20 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     classifier = model.classifier
     if not isinstance(classifier, str):  # of an estimator its class
         classifier = reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
-    channel, encoding = name_of_channel(source.channel), described(source.encoding)
+    channel, encoding = name_of_channel(source.channel), describe_encoding(source.encoding)
     sensor = describe_sensor(training.data, source)
     samples = encode_all(
         recordings, source, options.cut, progress, corruption=options.disturb_training
     )
     samples = options.by.labelled(samples, recordings)
-    fold, textures = hold_out_the_middle(samples, options.by), textures_of(samples)
+    fold, textures = hold_out_the_middle(samples, options.by), list_textures(samples)
     torch.set_num_threads(1)
     config, part = options.training(training.recipe), Part(samples, fold, source.encoding)
     with progress.task("training", 1) as mark:
         network, learnt = fitting.fit_once(model, part, config, training.seed, mark)
         mark(1)
-    deployed = folder.Deployed(network.cpu(), len(textures), learnt.scale).eval()
-    own = folder.own_types(deployed.network)
+    deployed = Deployed(network.cpu(), len(textures), learnt.scale).eval()
+    own = folder.find_own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
     learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
     learnt_from = sorted(np.unique(fold.split.of(samples)[fold.train]).tolist(), key=order)
@@ -157,7 +158,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
 
 def can_run_live(model: Model) -> bool:
     """Return whether a model can be trained to be kept: its channel, encoding, classifier can."""
-    if model.parts or not classifier_of(model.classifier).deployable:
+    if model.parts or not get_classifier(model.classifier).deployable:
         return False
     channel, encoding = find_sources(model, Encodings())[0]
     return channel.runs_live and encoding.runs_live
@@ -325,8 +326,8 @@ def train(
     ('1', '2', '3')
     """
     require_number("--seed", seed, 0, LARGEST_SEED)
-    chosen, models = TrainingOptions(**options), models_in(model)
-    if len(models) + ("best" in names_in(model)) > 1:
+    chosen, models = TrainingOptions(**options), choose_models(model)
+    if len(models) + ("best" in list_names(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
         opened = opening.open_data([data], progress=progress)
@@ -340,7 +341,7 @@ def train(
         return train_model(training, Path(out), progress, force)
 
 
-def load_model(model: Place) -> folder.Recogniser:
+def load_model(model: Place) -> Recogniser:
     """Read a trained model, which recognises samples.
 
     Parameters
@@ -366,4 +367,4 @@ def load_model(model: Place) -> folder.Recogniser:
     >>> model.predict(x).probability.dims
     ('sample', 'texture')
     """
-    return folder.Recogniser.of_folder(Path(model))
+    return folder.load_model(Path(model))

@@ -48,7 +48,7 @@ from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.described import Described
 from afferents.recordings.media import is_image_folder, is_sound
-from afferents.recordings.series import SeriesFile
+from afferents.recordings.series import JoinedFiles, SeriesFile
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
 from afferents.recordings.video import VideoWithProgress
@@ -260,7 +260,9 @@ def look_at(recording: Recording, data_set: DataSet, sensor: Sensor | None) -> L
                 responses = responses_of(seen, sensor)
                 issues += find_issues(seen, responses)
                 lost = share_lost(responses[dims.DETECTED], responses.attrs)
-            if isinstance(table := recording.audio, SeriesFile):  # refused if nothing is left of it
+            if isinstance(
+                table := recording.audio, SeriesFile | JoinedFiles
+            ):  # refused if nothing is left of it
                 rate_hz, steady_s = table.sample_rate_hz, recording.steady_s
                 cut_audio(table.n_samples, rate_hz, "all", steady_s, recording.name)
     except AfferentsError as error:
@@ -377,7 +379,9 @@ def beside_sentences(session: RecordingSet) -> list[str]:
 
 def table_sentences(session: RecordingSet) -> list[str]:
     """Say what was read from names and columns of tables, and which part of them is used."""
-    files = [(r, r.audio) for r in session.recordings if isinstance(r.audio, SeriesFile)]
+    files = [
+        (r, r.audio) for r in session.recordings if isinstance(r.audio, SeriesFile | JoinedFiles)
+    ]
     if not files:
         return []
     values: dict[str, set[str]] = {}

@@ -1,4 +1,8 @@
-"""What a run leaves on disk: frames as they came, each with its own time, and sound."""
+"""What a run leaves on disk: frames as they came, each with its own time, and sound.
+
+Whatever ends the program, what was written before can be read: the video is a fragmented mp4, and
+the header of the wav is right with each block.
+"""
 
 import struct
 import wave
@@ -14,12 +18,11 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.lab.devices.base import CameraSettings
 
-# The video is a fragmented mp4, a fragment a second: whatever ends the program, all but the last
-# second can be read. Times are those of capture, to a microsecond.
-
 TICKS_HZ = 1_000_000
+"""Times of a video are those of capture, to a microsecond."""
 TIME_BASE = Fraction(1, TICKS_HZ)
 _FRAGMENT_S = 1
+"""All but the last fragment of a video can be read."""
 CONTAINER = {
     # frag_discont: the first frame keeps its time, and is not moved to 0.
     "movflags": "empty_moov+default_base_moof+frag_discont",
@@ -32,6 +35,9 @@ _RAW = {"GREY": ("gray", ColorRange.JPEG), "YUYV": ("yuv422p", ColorRange.MPEG)}
 """Layout of raw formats in the file, and which values black and white are: players and trackers
 would stretch the wrong ones."""
 FORMATS = ("MJPG", *_RAW)
+HEADER_BYTES, SAMPLE_BYTES = 44, 2
+_LENGTHS_AT = (4, 40)
+"""Where a wav's header holds the bytes after its eighth, and the bytes of samples."""
 
 
 class VideoWriter:
@@ -59,23 +65,21 @@ class VideoWriter:
             )
         self._format, self._size = settings.format, (settings.width, settings.height)
         self._container = av.open(f"file:{path}", "w", format="mp4", options=CONTAINER)
-        self._stream: Any = self._add_stream(round(settings.fps_hz))
-        self._stream.time_base = TIME_BASE
-        self._last = -1
-
-    def _add_stream(self, rate: int) -> Any:
-        if self._format == "MJPG":  # with an encoder that has nothing to do, as in `rig.record`
-            stream = self._container.add_stream("mjpeg", rate=rate, options={"threads": "1"})
-            stream.width, stream.height = self._size
-            stream.pix_fmt = "yuvj420p"
-            return stream
-        options = {"preset": "ultrafast", "qp": "0", "tune": "zerolatency", "threads": "1"}
-        stream = self._container.add_stream("libx264", rate=rate, options=options)
+        codec, options, rate = "mjpeg", {"threads": "1"}, round(settings.fps_hz)
+        if settings.format in _RAW:
+            codec = "libx264"
+            options |= {"preset": "ultrafast", "qp": "0", "tune": "zerolatency"}
+        stream: Any = self._container.add_stream(codec, rate=rate, options=options)
         stream.width, stream.height = self._size
-        stream.pix_fmt, stream.codec_context.color_range = _RAW[self._format]
-        stream.codec_context.time_base = TIME_BASE
-        stream.codec_context.gop_size = rate
-        return stream
+        if settings.format in _RAW:
+            stream.pix_fmt, stream.codec_context.color_range = _RAW[settings.format]
+            stream.codec_context.time_base = TIME_BASE
+            stream.codec_context.gop_size = rate
+        else:  # an encoder that has nothing to do, as in `rig.record`
+            stream.pix_fmt = "yuvj420p"
+        stream.time_base = TIME_BASE
+        self._stream = stream
+        self._last = -1
 
     def write(self, data: bytes, time_s: float) -> None:
         """Write a frame; of two of one microsecond the second is written one later.
@@ -126,13 +130,6 @@ class VideoWriter:
             self._container.close()
 
 
-# A microphone's samples: a wav whose header is right with each block, and its repair.
-
-HEADER_BYTES, SAMPLE_BYTES = 44, 2
-_LENGTHS_AT = (4, 40)
-"""Where the header says how many bytes there are after its eighth, and how many are samples."""
-
-
 class SoundWriter:
     """A 16-bit wav that is being recorded.
 
@@ -153,9 +150,9 @@ class SoundWriter:
         self.write(np.empty((0, channels), np.int16))
 
     def write(self, samples: NDArray[np.int16]) -> None:
-        """Write samples, (n, channel), and into the header how much there is.
+        """Write samples, (n, channel), and into the header how many there are.
 
-        Samples come first: a header never says more than there is.
+        Samples come first: a header never states more than there is.
 
         Raises
         ------
@@ -173,7 +170,7 @@ class SoundWriter:
 
 
 def repair(path: Path) -> None:
-    """Let the header of a wav of ours, whose recording broke off, say what is in the file."""
+    """Correct the header of a wav of ours, whose recording broke off, by what is in the file."""
     try:
         with wave.open(str(path)) as wav:
             a_sample = SAMPLE_BYTES * wav.getnchannels()

@@ -26,7 +26,7 @@ class Task(NamedTuple):
     frequency_hz
         Of samples over frequency, the axis.
     speed_from
-        Who tells the speed of what is named.
+        What tells the speed of samples that are to be named.
     seed
         Of the first weights.
     """
@@ -58,11 +58,11 @@ class FitData(NamedTuple):
 
 
 class Classifier(nn.Module, ABC):
-    """Tells textures apart, once it has learnt to.
+    """Recognises textures, once it has learnt to.
 
     A `Network` learns in a loop (`models.loop`), a `Solved` one at once. To add one, subclass
-    either and name it in `models.classifiers.CLASSIFIERS`. For one of your own no subclass is
-    needed: see ``classifier`` of `afferents.Model`.
+    either and name it in `models.classifiers.CLASSIFIERS`. Your own needs no subclass: see
+    ``classifier`` of `afferents.Model`.
 
     Attributes
     ----------
@@ -71,9 +71,9 @@ class Classifier(nn.Module, ABC):
     takes
         Names of the dims of a sample; none for any.
     deployable
-        Whether one can be trained on all speeds but one, to be kept and asked.
+        Whether one can be trained on all speeds but one, to be kept and used.
     exportable
-        Whether it is made of torch alone, and so can be exported and felt live.
+        Whether it is made of torch alone, and so can be exported and run live.
     novelty_of_scores
         Whether novelty is measured on the scores of the textures, and not on what enters the
         last layer.
@@ -95,16 +95,14 @@ class Classifier(nn.Module, ABC):
 
     def last_features(self, samples: Tensor) -> Tensor:
         """Return what the scores are worked out of, (batch, feature), of scaled samples."""
-        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
+        raise InputError(f"the classifier: expected one that can run live, found {self.name}")
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return the scores of the textures (logits), (batch, n_classes), of last features."""
-        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
+        """Return the scores of the textures (logits), (batch, n_classes), of last features.
 
-    @property
-    def n_last(self) -> int:
-        """Number of values by which what is unknown is told."""
-        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
+        Here they themselves.
+        """
+        return features
 
     def forward(self, samples: Tensor) -> Tensor:
         """Return the scores of the textures, (batch, n_classes), of scaled samples."""
@@ -128,6 +126,11 @@ class Network(Classifier):
     recipe: ClassVar[str]
     light_dropout: ClassVar[tuple[float, ...]] = ()
     dense: nn.Sequential
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one, made of the number of textures and the sizes of a sample."""
+        return cls(task.n_classes, *task.sample_shape)
 
     @abstractmethod
     def features(self, samples: Tensor) -> Tensor:
@@ -157,12 +160,12 @@ class Solved(Classifier):
     penalties
         Strengths to choose from inside each fold; one is taken as it is.
     searched
-        The same of one that has a single penalty, where a user asks that it be chosen; none for
-        what has nothing to choose.
+        The same of one that has a single penalty, where a user wants it chosen; none for what has
+        nothing to choose.
     adds_up
         Whether what it gathers of samples adds up exactly, and can be taken away again.
     told_speed
-        Whether a robot tells it the speeds of what it is asked.
+        Whether a robot tells it the speeds of samples; `build_classifier` sets it.
     """
 
     penalties: ClassVar[tuple[float, ...]]
@@ -204,32 +207,34 @@ class Solved(Classifier):
         """
 
     def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:
-        """Return what it takes the speeds of samples for, mm/s, (n,), given their textures.
+        """Return the speeds of samples that it finds most likely, mm/s, (n,), given their textures.
 
         None if it does not need the speed, or is given it.
         """
         return None
 
 
-def build_for(kind: type[Classifier], task: Task) -> Classifier:
+def build_classifier(kind: type[Classifier], task: Task) -> Classifier:
     """Return a classifier for a task, its first weights, if any, drawn from the task's seed.
 
     Raises
     ------
     InputError
-        If the samples have other dims or are too small, or there is nothing to tell apart.
+        If the samples have other dims or are too small, or there are fewer than two textures.
     """
     if task.n_classes < 2:
         raise InputError(
             f"the data: expected at least 2 textures to tell apart, found {task.n_classes}"
         )
+    found = f"({', '.join(task.sample_dims)})"
     if kind.takes and task.sample_dims != kind.takes:
         expected = f"({', '.join(kind.takes)})"
-        found = f"({', '.join(task.sample_dims)})"
         raise InputError(f"the classifier {kind.name}: expected samples {expected}, found {found}")
     if len(task.sample_dims) != len(task.sample_shape):
-        expected = f"the shape ({', '.join(task.sample_dims)})"
-        raise InputError(f"samples: expected {expected}, found {task.sample_shape}")
+        raise InputError(f"samples: expected the shape {found}, found {task.sample_shape}")
     with torch.random.fork_rng(devices=[]):
         torch.default_generator.manual_seed(task.seed)
-        return kind.built_for(task)
+        built = kind.built_for(task)
+    if isinstance(built, Solved):
+        built.told_speed = task.speed_from == "robot"
+    return built

@@ -1,6 +1,6 @@
 """The card of a trained model: all that must be known to run it, and how far to trust it.
 
-It lies beside the weights as `model.json`, and in the metadata of an exported ONNX file.
+It lies next to the weights as `model.json`, and in the metadata of an exported ONNX file.
 """
 
 import json
@@ -42,24 +42,18 @@ LARGEST = 1_000_000
 _WHAT = "the card of a model as 'afferents train' writes it"
 _AGAIN = "train or export it again with this version"
 
-_NOT_FELT = (
-    "A scikit-learn estimator: it can be explained, and asked from Python, with the version of "
-    "scikit-learn that it was trained with; it can't be exported or felt live."
-)
-
 Size = Annotated[int, Field(ge=1, le=10_000)]
 """Of a side of a sample, or frames."""
 
 
-def _unsaid(usual: Any) -> Any:
-    """Return a field that a card says nothing of where it is as usual."""
+def _omitted_if(usual: Any) -> Any:
+    """Return a field that a card leaves out where it is as usual."""
     return Field(default=usual, exclude_if=lambda value: value == usual)
 
 
-def set_otherwise(recipe: Mapping[str, Any]) -> str:
+def _describe_changes(recipe: Mapping[str, Any]) -> str:
     """Return in words, to go on a preset's name, what was set otherwise; nothing for nothing."""
-    said = ", ".join(f"{name} = {value}" for name, value in recipe.items())
-    return f" but {said}" if said else ""
+    return " but " * bool(recipe) + ", ".join(f"{name} = {value}" for name, value in recipe.items())
 
 
 class Source(BaseModel):
@@ -100,13 +94,13 @@ class Score(BaseModel):
     mean_accuracy: Share
     ci95: Shares
     worst_accuracy: Share
-    worst_mm_s: Speed | None = _unsaid(None)
-    worst_group: GroupName | None = _unsaid(None)
-    split: SplitName = _unsaid(SPEED.name)
+    worst_mm_s: Speed | None = _omitted_if(None)
+    worst_group: GroupName | None = _omitted_if(None)
+    split: SplitName = _omitted_if(SPEED.name)
     same_data: bool
-    disturb: Corruption = _unsaid(Corruption())
-    disturb_training: Corruption = _unsaid(Corruption())
-    recipe: dict[str, Any] = _unsaid({})
+    disturb: Corruption = _omitted_if(Corruption())
+    disturb_training: Corruption = _omitted_if(Corruption())
+    recipe: dict[str, Any] = _omitted_if({})
 
     @model_validator(mode="after")
     def _says_the_worst(self) -> Self:
@@ -117,21 +111,19 @@ class Score(BaseModel):
     def describe(self) -> str:
         """Return it in words."""
         low, high = (100 * bound for bound in self.ci95)
-        other = "" if self.same_data else ", learnt from other data or parts of them"
         split = split_named(self.split)
         worst = self.worst_mm_s if self.worst_group is None else self.worst_group
         assert worst is not None
+        other = "" if self.same_data else ", learnt from other data or parts of them"
+        if self.disturb:
+            other += f", tested corrupted by {self.disturb}"
+        if self.disturb_training:
+            other += f", learnt corrupted by {self.disturb_training}"
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
-            f"({self.protocol}, {self.preset}{set_otherwise(self.recipe)}{other}"
-            f"{self._corrupted()}), "
+            f"({self.protocol}, {self.preset}{_describe_changes(self.recipe)}{other}), "
             f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
-
-    def _corrupted(self) -> str:
-        """Return how the recordings were corrupted, in words; nothing if they were not."""
-        said = {"tested": self.disturb, "learnt": self.disturb_training}
-        return "".join(f", {what} corrupted by {by}" for what, by in said.items() if by)
 
 
 class Card(BaseModel):
@@ -146,17 +138,17 @@ class Card(BaseModel):
     named_by_spacing
         Whether these are the spacing of bumps, mm.
     channel
-        What it feels with, such as ``ra1``.
+        That it takes, such as ``ra1``.
     encoding
         How samples are made of that: the encoding's name, and its options by name.
     classifier
-        A name in `models.classifiers.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+        A name in `models.classifiers.CLASSIFIERS`, or ``module:NAME`` of a user's own.
     estimator
-        Of a scikit-learn estimator, which lies in a file of its own beside the weights: the classes
-        of somebody's own that may be in it, each ``module:NAME``; None of any other classifier.
+        Of a scikit-learn estimator, which lies in a file of its own next to the weights: a user's
+        own classes that may be in it, each ``module:NAME``; None of any other classifier.
     own
-        Whether it is a model of somebody's own; else channel, encoding and classifier are those of
-        the package's model of that name.
+        Whether it is a user's own model; else channel, encoding and classifier are those of the
+        package's model of that name.
     waves
         None: earlier cards had options of an encoding here, and are refused.
     shape, sample_dims
@@ -174,7 +166,8 @@ class Card(BaseModel):
     most_sure
         No texture is recognised live with a higher probability: the least of the upper end of the
         95% interval of the validation accuracy (over recordings), how often a texture that had 95%
-        of the evidence was the true one, and what so many recordings can show if all are right.
+        of the evidence was the true one, and what that number of recordings can show if all are
+        right.
         Samples of one touch share its peculiarities, so evidence that adds up may become surer than
         the model ever was right.
     sensor
@@ -192,11 +185,11 @@ class Card(BaseModel):
     split, learnt_from, validated_on
         Where not a speed but another split's group chose them: the split, and the same of it.
     steady_s
-        Part of the recordings that it learnt from, s, where that was said when it was trained.
+        Part of the recordings that it learnt from, s, where that was given when it was trained.
     disturb_training
         What corrupted the recordings that it learnt from: `--disturb-training`.
     recipe, statistics
-        Of the network: what was set otherwise than the preset has it; `training_config` says what.
+        Of the network: what was set otherwise than the preset has it; see `training_config`.
     scores
         Of an evaluation at held-out speeds; empty where there was none.
     """
@@ -221,21 +214,21 @@ class Card(BaseModel):
     evidence_per_s: float = Field(default=1.0, gt=0)
     most_sure: Share
     sensor: dict[str, Any] | None = None
-    unlike_live: tuple[str, ...] = _unsaid(())
+    unlike_live: tuple[str, ...] = _omitted_if(())
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
     waves: None = None
     preset: str | None
     seed: Count
-    learnt_from_mm_s: tuple[Speed, ...] = _unsaid(())
-    validated_on_mm_s: Speed | None = _unsaid(None)
-    split: SplitName = _unsaid(SPEED.name)
-    learnt_from: tuple[GroupName, ...] = _unsaid(())
-    validated_on: GroupName | None = _unsaid(None)
-    steady_s: Steady | None = _unsaid(None)
-    disturb_training: Corruption = _unsaid(Corruption())
-    recipe: dict[str, Any] = _unsaid({})
-    statistics: Statistics = _unsaid("warmed-up")
+    learnt_from_mm_s: tuple[Speed, ...] = _omitted_if(())
+    validated_on_mm_s: Speed | None = _omitted_if(None)
+    split: SplitName = _omitted_if(SPEED.name)
+    learnt_from: tuple[GroupName, ...] = _omitted_if(())
+    validated_on: GroupName | None = _omitted_if(None)
+    steady_s: Steady | None = _omitted_if(None)
+    disturb_training: Corruption = _omitted_if(Corruption())
+    recipe: dict[str, Any] = _omitted_if({})
+    statistics: Statistics = _omitted_if("warmed-up")
     validation_accuracy: Share
     validation_ci95: Shares
     data: tuple[Source, ...]
@@ -254,31 +247,21 @@ class Card(BaseModel):
             raise ValueError("shape must have a size for each of sample_dims")
         if not isinstance(self.encoding.get("name"), str):
             raise ValueError("encoding must have a name")
-        self._require_groups()
-        self._require_its_parts()
-        needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
-        for name in needed:
+        unit = "_mm_s" if self.split == SPEED.name else ""
+        for name in (f"learnt_from{unit}", f"validated_on{unit}"):
+            if not getattr(self, name):
+                raise ValueError(f"{name} must be given for the split by {self.split}")
+        if not self.own:
+            if self.model not in MODELS:
+                raise ValueError(f"model must be one of {', '.join(MODELS)}")
+            row = MODELS[self.model]
+            parts = (self.channel, self.encoding["name"], self.classifier)
+            if parts != (row.channel, row.encoding, row.classifier):
+                raise ValueError(f"channel, encoding and classifier must be those of {self.model}")
+        for name in ["fps_hz", "sensor"] if self.sample_rate_hz is None else []:
             if getattr(self, name) is None:
                 raise ValueError(f"{name} must be given for {self.model}, or sample_rate_hz")
         return self
-
-    def _require_groups(self) -> None:
-        names = ("learnt_from", "validated_on")
-        if self.split == SPEED.name:
-            names = ("learnt_from_mm_s", "validated_on_mm_s")
-        for name in names:
-            if not getattr(self, name):
-                raise ValueError(f"{name} must be given for the split by {self.split}")
-
-    def _require_its_parts(self) -> None:
-        if self.own:
-            return
-        if self.model not in MODELS:
-            raise ValueError(f"model must be one of {', '.join(MODELS)}")
-        row = MODELS[self.model]
-        parts = (self.channel, self.encoding["name"], self.classifier)
-        if parts != (row.channel, row.encoding, row.classifier):
-            raise ValueError(f"channel, encoding and classifier must be those of {self.model}")
 
     def to_json(self, indent: int | None = None) -> str:
         """Return it as text, in ASCII: a source's path need not be text."""
@@ -303,77 +286,59 @@ class Card(BaseModel):
 
     def describe(self) -> list[str]:
         """Return in sentences what it is and how far it has been tested."""
-        split = self.held_out
+        split, preset = self.held_out, self.preset
         validated = split.at([self.validated_on_mm_s or self.validated_on or ""])
         kind = "simulated recordings" if self.simulated else "recordings"
-        own = set_otherwise(self.recipe)
-        recipe = f" (preset {self.preset}{own})" if self.preset else ""
-        calibrated = "calibrated its probabilities"
-        chose = f"chose its weights and {calibrated}" if self.preset else calibrated
-        return [
+        recipe = f" (preset {preset}{_describe_changes(self.recipe)})" if preset else ""
+        chose = "chose its weights and " if preset else ""
+        text = [
             f"{self.title}: {len(self.textures)} textures. Of "
             f"{sum(data.n_recordings for data in self.data)} {kind} it learnt from those "
             f"{split.at(self.groups)}{recipe}.",
-            f"{validated[0].upper()}{validated[1:]}, which {chose} and nothing "
-            f"was learnt from, {100 * self.validation_accuracy:.1f}% are recognised.",
-            *self._at_chance(),
-            *self._speeds(),
-            *self._limits(),
-            *self._unlike_live(),
-            *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
-            *self._corrupted(),
-            *(f"Evaluated: {score.describe()}." for score in self.scores),
-            *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
-            *([] if self.estimator is None else [_NOT_FELT]),
+            f"{validated[0].upper()}{validated[1:]}, which {chose}calibrated its probabilities and "
+            f"nothing was learnt from, {100 * self.validation_accuracy:.1f}% are recognised.",
         ]
-
-    def _at_chance(self) -> list[str]:
-        """Return that nothing was learnt, where guessing may be as good: an interval holds chance.
-
-        Evaluations say it, where there were any, else the speed that nothing was learnt from.
-        """
+        # Evaluations show it, where there were any, else the speed that nothing was learnt from.
         chance = 1 / len(self.textures)
         intervals = [one.ci95 for one in self.scores] or [self.validation_ci95]
-        held = [ends for ends in intervals if ends[0] <= chance]
-        if not held:
-            return []
-        low, high = (100 * end for end in held[0])
-        return [
-            f"Nothing was learnt that can be told from guessing ({100 * chance:.1f}%): the 95% "
-            f"interval is [{low:.1f}, {high:.1f}]."
-        ]
-
-    def _speeds(self) -> list[str]:
-        """Return between which speeds it can tell what is unknown, where it learnt from several."""
+        for low, high in [ends for ends in intervals if ends[0] <= chance][:1]:
+            text.append(
+                f"Nothing was learnt that can be told from guessing ({100 * chance:.1f}%): the 95% "
+                f"interval is [{100 * low:.1f}, {100 * high:.1f}]."
+            )
         slowest, fastest = min(self.groups), max(self.groups)
-        if self.held_out != SPEED or slowest == fastest:
-            return []
-        return [
-            f"Slower than {slowest:g} or faster than {fastest:g} mm/s the speed lies outside what "
-            "was learnt: known textures, too, may be called unknown there."
-        ]
-
-    def _corrupted(self) -> list[str]:
-        """Return by what the recordings were corrupted, if they were."""
-        by = self.disturb_training
-        return [f"The recordings that it learnt from were corrupted by {by}."] if by else []
-
-    def _limits(self) -> list[str]:
-        """Return what its fingertip keeps from it, where it relies on waves."""
-        if dims.ROW_WAVENUMBER not in self.sample_dims or self.sensor is None:
-            return []
-        bumps = self.textures if self.named_by_spacing else ()
-        return [unseen_waves(self.sensor.get("pitch_mm"), bumps)]
-
-    def _unlike_live(self) -> list[str]:
-        """Return that live gives it other images than it learnt from, where that is so."""
-        how = " and ".join(self.unlike_live)
-        what = "live does otherwise, and what was evaluated does not hold there"
-        return [f"Its recordings were extracted with {how}: {what}."] if how else []
+        if split == SPEED and slowest != fastest:
+            text.append(
+                f"Slower than {slowest:g} or faster than {fastest:g} mm/s the speed lies outside "
+                "what was learnt: known textures, too, may be called unknown there."
+            )
+        if dims.ROW_WAVENUMBER in self.sample_dims and self.sensor is not None:
+            bumps = self.textures if self.named_by_spacing else ()
+            text.append(unseen_waves(self.sensor.get("pitch_mm"), bumps))
+        if self.unlike_live:
+            text.append(
+                f"Its recordings were extracted with {' and '.join(self.unlike_live)}: live does "
+                "otherwise, and what was evaluated does not hold there."
+            )
+        if self.steady_s is not None:
+            start, stop = self.steady_s
+            text.append(f"Of each recording {start:g} to {stop:g} s were taken, as --steady says.")
+        if by := self.disturb_training:
+            text.append(f"The recordings that it learnt from were corrupted by {by}.")
+        text += [f"Evaluated: {score.describe()}." for score in self.scores]
+        if not self.scores:
+            text.append(f"Not evaluated at {split.many} held out.")
+        if self.estimator is not None:
+            text.append(
+                "A scikit-learn estimator: it can be explained, and used from Python, with the "
+                "version of scikit-learn that it was trained with; it can't be exported or run "
+                "live."
+            )
+        return text
 
 
 def require_unit(card: Card, of_cells: bool, where: str) -> None:
-    """Refuse to ask a model that learnt from markers, in px, about cells, in grey levels; or back.
+    """Refuse cells, in grey levels, for a model that learnt from markers, in px; and the reverse.
 
     Raises
     ------
@@ -389,12 +354,7 @@ def require_unit(card: Card, of_cells: bool, where: str) -> None:
         )
 
 
-def _steady_sentence(steady_s: Steady) -> str:
-    start, stop = steady_s
-    return f"Of each recording {start:g} to {stop:g} s were taken, as --steady says."
-
-
-def names_of(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def tensor_names(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of an exported model's inputs and outputs, in their order.
 
     Parameters

@@ -8,13 +8,11 @@ import torch
 from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
-from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
-from afferents.models.orders import OrderSearch
-from afferents.models.solved import Discriminant, LateFusion, Ridge
+from afferents.models import fusion, networks, orders, solved
+from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_classifier
 
 _TRIAL = 2
-"""Samples that a module of somebody's is tried with before it is trained."""
+"""Samples that a user's module is tried with before it is trained."""
 _LEAST = 1e-12
 """Probabilities below are as good as 0."""
 _TOLERANCE = 1e-3
@@ -23,13 +21,14 @@ _TOLERANCE = 1e-3
 CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind
     for kind in (
-        SpatialNet, CnnLstm, VibrationNet, Ridge, OrderSearch, LateFusion, Discriminant,
+        networks.SpatialNet, networks.CnnLstm, networks.VibrationNet,
+        solved.Ridge, orders.OrderSearch, fusion.LateFusion, solved.Discriminant,
     )
 }  # fmt: skip
 """The paper's three networks, then ours."""
 
 
-def classifier_of(wanted: Any) -> type[Classifier]:
+def get_classifier(wanted: Any) -> type[Classifier]:
     """Return the classifier of that name, or one that wraps what is given.
 
     Parameters
@@ -50,50 +49,9 @@ def classifier_of(wanted: Any) -> type[Classifier]:
             known = f"one of {', '.join(CLASSIFIERS)}, or an object"
             raise InputError(f"classifier: expected {known}, found '{wanted}'")
         return CLASSIFIERS[wanted]
-    return _wrapped(wanted)
-
-
-def build(
-    classifier: Any, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
-) -> Classifier:
-    """Return a classifier for samples of a shape, nothing learnt yet.
-
-    Parameters
-    ----------
-    classifier
-        See `classifier_of`.
-    n_classes
-        Number of textures, at least 2.
-    sample_shape
-        Of one sample: (row, column), (frame, row, column), (channel, frequency), whatever it takes.
-    seed
-        Of the first weights; the caller's random state is left as it was.
-
-    Raises
-    ------
-    InputError
-        If the samples have another number of dims or are too small, or there is nothing to tell
-        apart.
-    """
-    kind = classifier_of(classifier)
-    dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
-    return build_for(kind, Task(n_classes, sample_shape, dims, seed=seed))
-
-
-# Classifiers of a user's own.
-
-
-def _wrapped(wanted: Any) -> type[Classifier]:
-    """Return a classifier that wraps an estimator, or a function that makes a module.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
     title = type(wanted).__name__
-    made = not isinstance(wanted, type)
-    if made and hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
+    is_made = not isinstance(wanted, type)
+    if is_made and hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
         return type("Own" + title, (OwnEstimator,), {"name": title, "estimator": wanted})
     if callable(wanted) and not isinstance(wanted, nn.Module) and not hasattr(wanted, "fit"):
         title = getattr(wanted, "__qualname__", title)
@@ -105,8 +63,35 @@ def _wrapped(wanted: Any) -> type[Classifier]:
     )
 
 
+def build(
+    classifier: Any, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
+) -> Classifier:
+    """Return a classifier for samples of a shape, nothing learnt yet.
+
+    Parameters
+    ----------
+    classifier
+        See `get_classifier`.
+    n_classes
+        Number of textures, at least 2.
+    sample_shape
+        Of one sample: (row, column), (frame, row, column), (channel, frequency), whatever it takes.
+    seed
+        Of the first weights; the caller's random state is left as it was.
+
+    Raises
+    ------
+    InputError
+        If the samples have another number of dims or are too small, or there are fewer
+        than two textures.
+    """
+    kind = get_classifier(classifier)
+    dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
+    return build_classifier(kind, Task(n_classes, sample_shape, dims, seed=seed))
+
+
 class OwnNetwork(Network):
-    """A torch module that somebody's function makes, trained in the loop as any network."""
+    """A torch module that a user's function makes, trained in the loop as any network."""
 
     recipe = ""
     novelty_of_scores = True
@@ -140,11 +125,6 @@ class OwnNetwork(Network):
             raise InputError(f"the classifier {cls.name}: expected {expected}, found {shape}")
         return made
 
-    @property
-    def n_last(self) -> int:
-        """Number of textures, whose scores tell what is unknown."""
-        return self.n_classes
-
     def features(self, samples: Tensor) -> Tensor:
         """Return logits: what a module does inside is its own."""
         logits: Tensor = self.module(samples)
@@ -155,7 +135,7 @@ class OwnNetwork(Network):
         return self.features(samples)
 
     def scores_of(self, features: Tensor) -> Tensor:
-        """Return them."""
+        """Return the features, which are the logits."""
         return features
 
 
@@ -183,26 +163,17 @@ class OwnEstimator(Solved):
     @classmethod
     def of_fitted(cls, fitted: Any, task: Task) -> Self:
         """Return one with an estimator that has learnt already."""
-        made: type[Self] = _wrapped(fitted)  # type: ignore[assignment]
+        made: type[Self] = get_classifier(fitted)  # type: ignore[assignment]
         classifier = made.built_for(task)
         classifier.fitted = fitted
         return classifier
-
-    @property
-    def n_last(self) -> int:
-        """Number of textures, whose scores tell what is unknown."""
-        return self.n_classes
 
     def last_features(self, samples: Tensor) -> Tensor:
         """Return log-probabilities: what an estimator does inside is its own."""
         return self.scores(samples)
 
-    def scores_of(self, features: Tensor) -> Tensor:
-        """Return them."""
-        return features
-
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
-        """Let the estimator learn; it is not told weights or speeds."""
+        """Let the estimator learn, without weights or speeds."""
         try:
             self.fitted.fit(data.values.flatten(1).numpy(), data.labels.numpy())
         except Exception as error:

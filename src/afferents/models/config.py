@@ -1,4 +1,4 @@
-"""How a network is trained, by name for the presets, and what it is computed on."""
+"""How a network is trained: the presets by name, and what a user sets otherwise in a recipe."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ class Compute(NamedTuple):
 
 
 class TrainingConfig(BaseModel):
-    """What one training needs to know beside the data.
+    """What one training needs to know besides the data.
 
     Attributes
     ----------
@@ -38,12 +38,12 @@ class TrainingConfig(BaseModel):
     batch_size
         Samples a step.
     patience
-        Epochs without a better validation accuracy before training stops; None for going on to
-        the last epoch, as a cycle must.
+        Epochs without a better validation accuracy before training stops; None to train to the last
+        epoch, as a cycle must.
     max_epochs
         Epochs at most.
     passes
-        About so many samples go through, if `max_epochs` allow: few samples are gone through more
+        About how many samples go through, if `max_epochs` allow: few samples are gone through more
         often than many. None for `max_epochs`.
     training_samples
         How many samples to train on at most, stretched copies included; None for all. The
@@ -197,7 +197,7 @@ def training_config(
     changed: Mapping[str, Any] | None = None,
     statistics: Statistics = "warmed-up",
 ) -> TrainingConfig:
-    """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
+    """Return a recipe (see `RECIPES`) as a preset has it, to be computed with `compute`.
 
     `changed` sets fields of the `TrainingConfig` otherwise; a preset's passes give way to epochs.
 
@@ -227,45 +227,40 @@ def training_config(
     if recipe not in RECIPES:
         raise InputError(f"recipe: expected one of {', '.join(RECIPES)}, found '{recipe}'")
     usual = _PRESETS[preset][recipe]
-    kept: dict[str, Any] = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
-    changed = changed or {}
-    others = {**kept, **_no_passes(changed), **changed, **(compute._asdict() if compute else {})}
+    others: dict[str, Any] = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
+    others |= _without_passes(changed or {}) | (compute._asdict() if compute else {})
     return TrainingConfig(**{**dict(usual), **others}) if others else usual
 
 
-def _no_passes(changed: Mapping[str, Any]) -> dict[str, None]:
-    """Return that a preset's passes are not heeded, for those of whose epochs something is said."""
-    of = {"max_epochs": "passes", "image_epochs": "image_passes"}
-    return {passes: None for epochs, passes in of.items() if epochs in changed}
+def _without_passes(changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is changed, and a preset's passes unset where their epochs are changed."""
+    passes = {"max_epochs": "passes", "image_epochs": "image_passes"}
+    return {**{passes[name]: None for name in changed if name in passes}, **changed}
 
-
-# Hyperparameters of the networks that a user sets, over those of a preset: ``--recipe mine.toml``.
-#
-# A table for each network; what stands outside of tables holds for all three::
-#
-#     max_epochs = 40
-#
-#     [spatial-net]
-#     learning_rate = 5e-4
-#     dropout = [0.5, 0.5, 0.2]
 
 DROPOUT_LAYERS = {"spatial-net": 3, "cnn-lstm": 3, "vibration-net": 1}
 """How many there are in each network, from the input to the output."""
-_OPTIONS = {"device", "precision"}
-"""What is computed on is no hyperparameter, and has options of its own."""
 _WHAT = "hyperparameters of networks as TOML"
 
 
 @dataclass(frozen=True)
 class Hyperparameters:
-    """What is set otherwise than a preset has it.
+    """What a user sets otherwise than a preset has it: ``--recipe mine.toml``.
+
+    A table for each network; what stands outside of tables holds for all three::
+
+        max_epochs = 40
+
+        [spatial-net]
+        learning_rate = 5e-4
+        dropout = [0.5, 0.5, 0.2]
 
     Attributes
     ----------
     changed
         By network (see `RECIPES`), then by name of a field of `TrainingConfig`.
     source
-        The file that says so; empty for none.
+        The file that it was read from; empty for none.
     """
 
     changed: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -283,9 +278,8 @@ class Hyperparameters:
         if given is None:
             return cls()
         if isinstance(given, Mapping):
-            return cls(_changed(given, "recipe", preset))
-        content = read_toml(Path(str(given)), _WHAT)
-        return cls(_changed(content, given, preset), str(given))
+            return cls(_read_changes(given, "recipe", preset))
+        return cls(_read_changes(read_toml(Path(str(given)), _WHAT), given, preset), str(given))
 
     def of_network(self, network: str) -> Mapping[str, Any]:
         """Return what is set of a network's training, by name of the field."""
@@ -298,7 +292,7 @@ class Hyperparameters:
         compute: Compute | None = None,
         statistics: Statistics = "warmed-up",
     ) -> TrainingConfig:
-        """Return how a network is trained, to be computed so."""
+        """Return how a network is trained; see `training_config`."""
         return training_config(preset, network, compute, self.of_network(network), statistics)
 
     def describe(self) -> dict[str, dict[str, Any]]:
@@ -306,7 +300,7 @@ class Hyperparameters:
         return {network: dict(fields) for network, fields in self.changed.items()}
 
 
-def _changed(
+def _read_changes(
     content: Mapping[str, Any], where: object, preset: Preset
 ) -> dict[str, dict[str, Any]]:
     """Return what is changed of each network, after checking that its training is then whole."""
@@ -318,36 +312,31 @@ def _changed(
     for_all = {name: value for name, value in content.items() if name not in tables}
     changed = {}
     for network in RECIPES:
-        fields = {**for_all, **tables.get(network, {})}
-        if fields:
-            _require_known(fields, where)
-            changed[network] = _checked(network, fields, where, preset)
+        if fields := {**for_all, **tables.get(network, {})}:
+            changed[network] = _check_fields(fields, network, where, preset)
     if not changed:
         raise InputError(f"{where}: expected {_WHAT}, found nothing")
     return changed
 
 
-def _require_known(fields: Mapping[str, Any], where: object) -> None:
-    names = [name for name in TrainingConfig.model_fields if name not in _OPTIONS]
+def _check_fields(
+    fields: Mapping[str, Any], network: str, where: object, preset: Preset
+) -> dict[str, Any]:
+    """Return the fields as their forms have them, such as lists as tuples."""
+    options = ("device", "precision")  # no hyperparameters, and options of their own
+    names = [name for name in TrainingConfig.model_fields if name not in options]
     for name in fields:
-        if name in _OPTIONS:
+        if name in options:
             raise InputError(
                 f"{where}: expected hyperparameters, found '{name}'; give it as --{name}"
             )
         if name not in names:
             raise InputError(f"{where}: expected some of {', '.join(names)}, found '{name}'")
-
-
-def _checked(
-    network: str, fields: Mapping[str, Any], where: object, preset: Preset
-) -> dict[str, Any]:
-    """Return the fields as their forms have them, such as lists as tuples."""
-    usual = training_config(preset, network).model_dump()
-    whole = {**usual, **_no_passes(fields), **fields}
+    whole = training_config(preset, network).model_dump() | _without_passes(fields)
     config = as_form(whole, TrainingConfig, where, f"hyperparameters of {network} over '{preset}'")
     n, dropout = DROPOUT_LAYERS[network], config.dropout
     if isinstance(dropout, tuple) and len(dropout) != n:
         expected = f"one share, or {n}, of the dropout layers of {network}"
         raise InputError(f"{where}: expected {expected}, found {len(dropout)}")
-    said = config.model_dump(mode="json")  # without what is as usual
-    return {name: said.get(name, getattr(config, name)) for name in fields}
+    found = config.model_dump(mode="json")  # without what is as usual
+    return {name: found.get(name, getattr(config, name)) for name in fields}

@@ -10,8 +10,9 @@ from torch import nn
 
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.files import Place, require_free, write_aside
-from afferents.models.card import METADATA, Card, names_of
-from afferents.models.folder import Deployed, Stepping, load_model
+from afferents.models.card import METADATA, Card, tensor_names
+from afferents.models.deployed import Stepping
+from afferents.models.folder import load_model
 from afferents.models.networks import CnnLstm
 from afferents.plugins import import_extra
 
@@ -19,16 +20,18 @@ AGREES = 1e-4
 """The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
 _TRIALS = 8
 
+Tensors = tuple[torch.Tensor, ...]
+
 
 def export(model: Place, out: Place, force: bool = False) -> Path:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes.
 
-    It is written whole or not at all, once it is seen to say the same. The input is `sample`, one
+    It is written whole or not at all, once it is seen to give the same. The input is `sample`, one
     as the encoding makes it, not scaled, of shape `(1, *shape)`. Outputs are `probabilities` (1,
     texture) and `novelty` (1,), above 1 for what nothing learnt fits. A CNN-LSTM goes frame by
     frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1, feature), zeros at
     first, and it has the further output `next_past` to give back with the next image; before the
-    first run is full it says nothing of worth.
+    first run is full its outputs mean nothing.
 
     Parameters
     ----------
@@ -50,8 +53,8 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
         If the folder is no model's, or that of a scikit-learn estimator, the packages that write
         ONNX are missing, or `out` is not free.
     AfferentsError
-        If PyTorch can't export a module of somebody's own, or the file does not say what the model
-        says.
+        If PyTorch can't export a module of the user's own, or the file does not give what the model
+        gives.
 
     Examples
     --------
@@ -60,40 +63,36 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     """
     onnx = import_extra("train", "export", "onnx", "onnxscript", "onnxruntime")
     folder, out = Path(model), Path(out)
-    require_free(out, _is_exported, force=force, reads=[folder])
+    require_free(out, is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
         expected = "a model whose classifier is a torch module, or one of this package"
         raise InputError(
             f"{folder}: expected {expected}, found the estimator {deployed.network.name}"
         )
-    module, sample = _exported(card, deployed)
+    sample: Tensors = (torch.ones(1, *card.shape),)
+    module: nn.Module = deployed
+    if isinstance(deployed.network, CnnLstm):  # it takes one frame, and what came of those before
+        past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
+        module, sample = Stepping(deployed).eval(), (sample[0][:, 0], past)
     with write_aside(out) as partial:
-        _write(module, sample, partial)
+        write_onnx(module, sample, partial)
         written = onnx.load(str(partial))
         onnx.helper.set_model_props(written, {METADATA: card.to_json()})
         onnx.save(written, str(partial))
-        _check(module, sample, card, partial)
+        _require_same_outputs(module, sample, card, partial)
     return out
 
 
-def _is_exported(path: Path) -> bool:
-    """Tell whether a file is a model that `export` wrote: its card stands in it as text."""
+def is_exported(path: Path) -> bool:
+    """Return whether a file is a model that `export` wrote: its card stands in it as text."""
     return path.is_file() and b'"format":"afferents model"' in path.read_bytes()
 
 
-def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Tensor, ...]]:
-    """Return what is exported, and a sample of its inputs."""
-    sample = torch.ones(1, *card.shape)
-    if not isinstance(deployed.network, CnnLstm):
-        return deployed, (sample,)
-    past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
-    return Stepping(deployed).eval(), (sample[:, 0], past)
-
-
-def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
+def write_onnx(module: nn.Module, sample: Tensors, path: Path) -> None:
+    """Write a module as ONNX, by a sample of its inputs."""
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
-    inputs, outputs = names_of(stepping=len(sample) > 1)
+    inputs, outputs = tensor_names(stepping=len(sample) > 1)
     try:
         with warnings.catch_warnings(action="ignore"):
             torch.onnx.export(
@@ -114,12 +113,12 @@ def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> N
 
 
 @torch.inference_mode()
-def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
-    """Let file and model say something of the same random samples."""
+def _require_same_outputs(module: nn.Module, sample: Tensors, card: Card, path: Path) -> None:
+    """Require that file and model give the same for random samples."""
     import onnxruntime
 
     session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
-    inputs, _ = names_of(stepping=len(sample) > 1)
+    inputs, _ = tensor_names(stepping=len(sample) > 1)
     rng = np.random.default_rng(0)
     for _ in range(_TRIALS):
         trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]
@@ -130,4 +129,4 @@ def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path
             size = 1 + float(b.abs().max())
             if not np.allclose(a, b.numpy(), atol=AGREES * size):
                 off = float(np.abs(a - b.numpy()).max())
-                raise AfferentsError(f"export: the ONNX file says something else, by {off:g}")
+                raise AfferentsError(f"export: the ONNX file gives something else, by {off:g}")

@@ -6,22 +6,21 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
-from afferents.models.base import Classifier, Network, Task, build_for
-from afferents.models.classifiers import classifier_of
+from afferents.models.base import Classifier, Network, Task, build_classifier
+from afferents.models.checkpoint import Checkpoint
+from afferents.models.classifiers import get_classifier
 from afferents.models.config import TrainingConfig
-from afferents.models.loop import Checkpoint
 from afferents.models.model import Model
 
 Check = Callable[[int, Indices], None]
-"""Told, of one of a model's sources, which samples scale or weights are taken from, before they
-are; raises if it must not be so."""
+"""Is given the number of one of a model's sources, and the samples that scale or weights are about
+to be taken from; raises if it must not be so."""
 
 
 class Part(NamedTuple):
@@ -50,7 +49,7 @@ class Fitting:
     rank
         Of the fold among its protocol's: stretched copies are drawn anew for each.
     check
-        Told which samples of each source scale or weights are taken from.
+        See `Check`.
     checkpoint
         Where a long training writes its checkpoints.
     searched
@@ -83,31 +82,31 @@ class Fitted:
         them.
     facts
         For the fold's record.
-    ask
-        What it says of some samples by their indices, asked again; None of what joins several
-        models' samples.
+    predict
+        Returns the probabilities of some samples, by their indices, anew; None of what joins
+        several models' samples.
     """
 
     classifier: Classifier
     probabilities: NDArray[np.float32]
     speed_mm_s: NDArray[np.float64] | None
     facts: dict[str, Any]
-    ask: Callable[[Indices], NDArray[np.floating]] | None = None
+    predict: Callable[[Indices], NDArray[np.floating]] | None = None
 
 
 ALONE = 24
-"""So many test samples are asked of a model again, each alone."""
+"""Test samples that a model predicts again, each alone."""
 _OFF = 0.1
 """Probabilities may differ by this share of what they differ by from sample to sample: a network
 multiplies a single one in another order."""
 _ROUNDING = 1e-4
-"""And by so much in any case: samples may all be alike to a model, as silence is."""
+"""And by this in any case: samples may all be alike to a model, as silence is."""
 
 
-def ask_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
-    """Ask a model of test samples one at a time, and say how long an answer takes.
+def predict_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
+    """Let a model predict test samples one at a time, and return how long that takes.
 
-    What it says of a sample must not depend on what else is tested: a model that goes by the
+    Its prediction of a sample must not depend on what else is tested: a model that goes by the
     samples tested together has learnt from them.
 
     Parameters
@@ -119,43 +118,29 @@ def ask_alone(name: str, fitted: Fitted, test: Indices) -> dict[str, float]:
 
     Returns
     -------
-    `prediction_ms`, the median; nothing where it can't be asked so.
+    `prediction_ms`, the median; nothing where it can't predict alone.
 
     Raises
     ------
     LeakageError
-        If it mostly answers otherwise than it did for all together.
+        If it mostly predicts otherwise than it did for all together.
     """
-    if fitted.ask is None:
+    if fitted.predict is None:
         return {}
     places = np.unique(np.linspace(0, len(test) - 1, ALONE).round().astype(int))
     off, spent = [], []
     for place in places.tolist():
         start = time.perf_counter()
-        alone = fitted.ask(test[place : place + 1])
+        alone = fitted.predict(test[place : place + 1])
         spent.append(time.perf_counter() - start)
         off.append(float(np.abs(alone - fitted.probabilities[place]).max()))
     if np.median(off) > max(_ROUNDING, _OFF * fitted.probabilities.std(axis=0).max()):
         raise LeakageError(
-            f"{name}: expected to say the same of a test sample whatever else is tested, found "
-            f"probabilities that differ by {np.median(off):.2g} (median) when each is asked alone: "
-            "it goes by the samples tested, which are to be unseen"
+            f"{name}: expected the same probabilities of a test sample whatever else is tested, "
+            f"found some that differ by {np.median(off):.2g} (median) when each is alone: it goes "
+            "by the samples tested, which are to be unseen"
         )
     return {"prediction_ms": round(1000 * float(np.median(spent)), 3)}
-
-
-def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
-    """Return what stands in the record of a fold that was learnt without epochs."""
-    return {
-        "validated_by": fold.validated_by,
-        "validation_accuracy": validation_accuracy,
-        "n_train": n_train,
-        "n_validation": len(fold.validation),
-        "n_test": len(fold.test),
-        "epochs": 0,
-        "passes": n_train,
-        "torch": torch.__version__,
-    }
 
 
 def new_classifier(
@@ -166,7 +151,7 @@ def new_classifier(
     seed: int = 0,
     n_classes: int | None = None,
 ) -> Classifier:
-    """Return a model's classifier for such samples, nothing learnt yet; see `build_for`.
+    """Return a model's classifier for such samples, nothing learnt yet; see `build_classifier`.
 
     Parameters
     ----------
@@ -174,7 +159,7 @@ def new_classifier(
         None for the textures of the samples.
     """
     task = Task(
-        len(textures_of(samples)) if n_classes is None else n_classes,
+        len(list_textures(samples)) if n_classes is None else n_classes,
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
         encoding,
@@ -182,11 +167,11 @@ def new_classifier(
         model.speed_from,
         seed,
     )
-    return build_for(classifier_of(model.classifier), task)
+    return build_classifier(get_classifier(model.classifier), task)
 
 
 def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
-    """Refuse samples that a model's network is not made for; nothing of one's own is tried.
+    """Refuse samples that a model's network is not made for; a user's own is not tried.
 
     Parameters
     ----------
@@ -198,6 +183,6 @@ def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
     InputError
         Saying what the network needs.
     """
-    if isinstance(model.classifier, str) and issubclass(classifier_of(model.classifier), Network):
+    if isinstance(model.classifier, str) and issubclass(get_classifier(model.classifier), Network):
         shape = encoding.seen(samples.values[:1]).shape[1:]
         new_classifier(model, samples, encoding, shape, n_classes=2)

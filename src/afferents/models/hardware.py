@@ -7,16 +7,15 @@ from torch import nn
 
 from afferents.errors import InputError
 from afferents.models.config import TrainingConfig
-from afferents.models.layers import takes_bfloat16
 
 
 def choose_device(config: TrainingConfig) -> torch.device:
-    """Return the device that the configuration asks for.
+    """Return the device that the configuration names.
 
     Raises
     ------
     InputError
-        If it asks for a GPU and there is none.
+        If it names a GPU and there is none.
     """
     available = torch.cuda.is_available()
     if config.device == "cuda" and not available:
@@ -25,7 +24,7 @@ def choose_device(config: TrainingConfig) -> torch.device:
 
 
 def is_out_of_memory(error: Exception) -> bool:
-    """Tell whether an error says that memory is short, of the GPU or of the machine."""
+    """Return whether an error reports that memory is short, of the GPU or of the machine."""
     short = isinstance(error, MemoryError | torch.OutOfMemoryError)
     return short or "can't allocate memory" in str(error)
 
@@ -44,6 +43,16 @@ def has_bfloat16(device: torch.device) -> bool:
     return native and takes_bfloat16()
 
 
+def takes_bfloat16() -> bool:
+    """Return whether oneDNN, which multiplies for PyTorch on a CPU, is at home in bfloat16.
+
+    It is from AVX-512 on, unless the environment keeps it from that (ONEDNN_MAX_CPU_ISA).
+    Below it computes convolutions and dense layers in bfloat16 slowly, and LSTMs not at all.
+    """
+    is_supported = getattr(torch.ops.mkldnn, "_is_mkldnn_bf16_supported", None)
+    return is_supported is not None and bool(is_supported())
+
+
 def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextManager[object]:
     """Return the context in which the network runs: bfloat16 or plain float32."""
     chosen = config.precision == "bfloat16"
@@ -52,14 +61,14 @@ def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextMan
     return nullcontext()
 
 
-def computed_with(config: TrainingConfig) -> dict[str, str]:
+def describe_computing(config: TrainingConfig) -> dict[str, str]:
     """Return device, precision and PyTorch version, for the record of a training."""
     device = choose_device(config)
     precision = "float32" if isinstance(autocast(config, device), nullcontext) else "bfloat16"
     return {"device": device.type, "precision": precision, "torch": torch.__version__}
 
 
-def to_channels_last(model: nn.Module) -> nn.Module:
+def use_channels_last(model: nn.Module) -> nn.Module:
     """Lay a network's kernels out with the channel running fastest, in place; return it.
 
     Convolutions then keep their maps so as well, which is faster on CPU and GPU.

@@ -33,16 +33,6 @@ class FlattenChannelsLast(nn.Module):
         return x.permute(0, 2, 3, 1).flatten(1)
 
 
-def takes_bfloat16() -> bool:
-    """Return whether oneDNN, which multiplies for PyTorch on a CPU, is at home in bfloat16.
-
-    It is from AVX-512 on, unless the environment keeps it from that (ONEDNN_MAX_CPU_ISA).
-    Below it computes convolutions and dense layers in bfloat16 slowly, and LSTMs not at all.
-    """
-    asked = getattr(torch.ops.mkldnn, "_is_mkldnn_bf16_supported", None)
-    return asked is not None and bool(asked())
-
-
 def batch_norm_maps(n_channels: int) -> nn.BatchNorm2d:
     """Batch normalisation of feature maps with Keras' defaults (momentum 0.99, eps 1e-3)."""
     return nn.BatchNorm2d(n_channels, eps=_EPS, momentum=_MOMENTUM)
@@ -67,22 +57,18 @@ def initialise_like_keras(model: nn.Module) -> None:
             if module.bias is not None:
                 nn.init.zeros_(module.bias)
         elif isinstance(module, nn.LSTM):
-            _initialise_lstm(module)
-
-
-def _initialise_lstm(lstm: nn.LSTM) -> None:
-    units = lstm.hidden_size
-    for name, parameter in lstm.named_parameters():
-        if name.startswith("weight_ih"):
-            nn.init.xavier_uniform_(parameter)
-        elif name.startswith("weight_hh"):
-            nn.init.orthogonal_(parameter)
-        else:
-            nn.init.zeros_(parameter)
-        if name.startswith("bias_ih"):  # gates lie as input, forget, cell, output
-            parameter[units : 2 * units] = 1.0
-        if name.startswith("bias_hh"):
-            parameter.requires_grad_(False)
+            units = module.hidden_size
+            for name, parameter in module.named_parameters():
+                if name.startswith("weight_ih"):
+                    nn.init.xavier_uniform_(parameter)
+                elif name.startswith("weight_hh"):
+                    nn.init.orthogonal_(parameter)
+                else:
+                    nn.init.zeros_(parameter)
+                if name.startswith("bias_ih"):  # gates lie as input, forget, cell, output
+                    parameter[units : 2 * units] = 1.0
+                if name.startswith("bias_hh"):
+                    parameter.requires_grad_(False)
 
 
 def kernels_with_l2(model: nn.Module) -> list[nn.Parameter]:

@@ -1,15 +1,14 @@
-"""Samples that are gathered a batch at a time."""
+"""What one fold learns from: one tensor of values, index arrays into it, and a scale."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from afferents import dims
-from afferents.encodings.samples import Samples, labels_of
+from afferents.encodings.samples import Samples, find_labels
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.config import TrainingConfig
 
@@ -28,9 +27,6 @@ def split(order: Tensor, batch_size: int) -> list[Tensor]:
     if len(batches) > 1 and len(batches[-1]) == 1:
         batches[-2:] = [torch.cat(batches[-2:])]
     return batches
-
-
-# What one fold learns from: one tensor of values, index arrays into it, and a scale.
 
 
 @dataclass(frozen=True)
@@ -86,17 +82,17 @@ def learning_set(
     stretched
         Whether stretched copies stand in for speeds never seen.
     config
-        Says how many samples are used at most.
+        Sets how many samples are used at most.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    train = thinned(
-        fold.train,
-        originals(encoding.n_copies if stretched else 0, protocol, config.training_samples),
-    )
-    validation = thinned(fold.validation, config.validation_samples)
-    scale, scaled_on = scale_of(samples, encoding, protocol, train)
-    labels = labels_of(samples)
+    kept = config.training_samples
+    if kept is not None and stretched and encoding.n_copies:  # of which copies are made
+        kept = max(1, kept // (encoding.n_copies + protocol.keep_originals))
+    train = thin(fold.train, kept)
+    validation = thin(fold.validation, config.validation_samples)
+    scale, scaled_on = choose_scale(samples, encoding, protocol, train)
+    labels = find_labels(samples)
     values = encoding.seen(samples.values)
     if stretched:
         copies, origin = encoding.stretched(samples, train, rng, protocol.stretch)
@@ -114,17 +110,7 @@ def learning_set(
     )
 
 
-def originals(n_copies: int, protocol: Protocol, kept: int | None) -> int | None:
-    """Return how many samples have copies made, so many of each, for `kept` to come out.
-
-    None for all.
-    """
-    if kept is None or n_copies == 0:
-        return kept
-    return max(1, kept // (n_copies + protocol.keep_originals))
-
-
-def scale_of(
+def choose_scale(
     samples: Samples, encoding: Any, protocol: Protocol, train: Indices
 ) -> tuple[float, Indices]:
     """Return what the values are divided by, and the samples it was taken from.
@@ -141,7 +127,7 @@ def scale_of(
     return float(samples.values[scaled_on].max()) or 1.0, scaled_on
 
 
-def thinned(index: Indices, kept: int | None) -> Indices:
+def thin(index: Indices, kept: int | None) -> Indices:
     """Keep at most `kept` samples, evenly spread over recordings and time.
 
     Samples stand recording by recording, each in the order of time, so even steps through the
@@ -152,48 +138,3 @@ def thinned(index: Indices, kept: int | None) -> Indices:
     steps = (np.arange(kept) + 0.5) * len(index) / kept
     spread: Indices = index[steps.astype(np.int64)]
     return spread
-
-
-# Which samples of one kind belong to a window of another: those that end within it.
-
-Floats = NDArray[np.float64]
-
-
-def mean_within(
-    lead: Samples, windows: Indices, other: Samples, index: Indices, values: Floats
-) -> Floats:
-    """Return the mean value of the samples that end within each window.
-
-    Parameters
-    ----------
-    lead, windows
-        Samples whose extents are the windows, and which of them are asked for, (n,).
-    other, index, values
-        Samples of another kind, which of them have values, (m,), and these values, (m, k).
-
-    Returns
-    -------
-    Shape (n, k); 0 where no sample of the other kind ends within a window.
-    """
-    found = np.zeros((len(windows), values.shape[1]))
-    recording, stop_s = _touches(other)[index], other[dims.STOP].values[index]
-    of_window = _touches(lead)[windows]
-    for name in np.unique(of_window):
-        mine = np.flatnonzero(of_window == name)
-        theirs = np.flatnonzero(recording == name)
-        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
-        sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[order], axis=0)])
-        edges = (lead[which].values[windows[mine]] for which in (dims.START, dims.STOP))
-        first, stop = (np.searchsorted(stop_s[order], edge, side="right") for edge in edges)
-        n = (stop - first)[:, None]
-        found[mine] = np.where(n > 0, (sums[stop] - sums[first]) / np.maximum(n, 1), 0.0)
-    return found
-
-
-def _touches(samples: Samples) -> NDArray[np.str_]:
-    """Return what names each sample's recording, and its variant and part if it has several."""
-    named = samples[dims.RECORDING].values.astype(np.str_)
-    for mark, name in (("#", dims.VARIANT), ("@", dims.GROUP)):
-        if name in samples.coords:
-            named = np.char.add(named, np.char.add(mark, samples[name].values.astype(np.str_)))
-    return named

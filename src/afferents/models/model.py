@@ -5,27 +5,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal
 
-from afferents.dims import (
-    RA1,
-    RA1_VECTOR,
-    RA2,
-    SA1,
-    SA1_LOCAL,
-    SA1_VECTOR,
-    SHEAR,
-)
+from afferents.dims import RA1, RA1_VECTOR, RA2, SA1, SA1_LOCAL, SA1_VECTOR, SHEAR
 from afferents.errors import InputError
 from afferents.plugins import named
 
 MODEL_NAME = r"[^./\\,:\s][^/\\,:\s]*"
 """A model's folder is named by it."""
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
-"""Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
+"""What tells a model the sliding speed of a sample that it names: the fingertip measures it."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """A way from a channel to textures: what is felt, how it is encoded, and what learns it.
+    """A way from a channel to textures: what is measured, how it is encoded, and what learns it.
 
     Each of the three is a name, or an object of your own:
 
@@ -55,7 +47,7 @@ class Model:
         Whether copies of the training samples stand in for speeds that were never seen: spectra
         stretched in frequency (section 2.4.3), or images gone through faster and slower (ours).
     speed_from
-        Who tells it the speed of what is tested.
+        What tells it the speed of what is tested.
     parts
         Names of the models that ``late-fusion`` joins, each solved at once; its decisions are timed
         by the first.
@@ -89,11 +81,7 @@ def _row(name: str, title: str, channel: str, encoding: str, classifier: str, **
     return Model(name, title, channel=channel, encoding=encoding, classifier=classifier, **more)
 
 
-def _by_name(*models: Model) -> dict[str, Model]:
-    return {model.name: model for model in models}
-
-
-TABLE1: dict[str, Model] = _by_name(
+_PAPER = (
     _row("sa-se", "SA-SE", SA1, "spatial", "spatial-net"),
     _row("ra-se", "RA-SE", RA1, "spatial", "spatial-net"),
     _row("sa-ste", "SA-STE", SA1, "spatiotemporal", "cnn-lstm"),
@@ -101,9 +89,7 @@ TABLE1: dict[str, Model] = _by_name(
     _row("vib-te", "vib-TE", RA2, "spectral", "vibration-net"),
     _row("vib-te-aug", "vib-TE augmented", RA2, "spectral", "vibration-net", stretched=True),
 )
-"""The paper's."""
-
-BEYOND: dict[str, Model] = _by_name(
+_OURS = (
     _row("ra-se-aug", "RA-SE augmented", RA1, "spatial", "spatial-net", stretched=True),
     _row("sa-ste-aug", "SA-STE augmented", SA1, "spatiotemporal", "cnn-lstm", stretched=True),
     _row("ra-ste-aug", "RA-STE augmented", RA1, "spatiotemporal", "cnn-lstm", stretched=True),
@@ -133,12 +119,15 @@ BEYOND: dict[str, Model] = _by_name(
         speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
     ),
 )  # fmt: skip
-"""Our own: docs/models.md says what they are."""
 
+TABLE1: dict[str, Model] = {model.name: model for model in _PAPER}
+"""The paper's."""
+BEYOND: dict[str, Model] = {model.name: model for model in _OURS}
+"""Our own: docs/models.md describes them."""
 MODELS: dict[str, Model] = TABLE1 | BEYOND
 
 BEST = ("sa-wave-vector", "vib-te-aug")
-"""What is recommended: the first that the data support, to be trained and felt with.
+"""What is recommended: the first that the data support, to be trained and run live.
 
 Picked once, on sessions of the simulated rig (docs/results.md has the rule); never by scores
 on the data at hand.
@@ -147,16 +136,7 @@ OF_CELLS = "sa-wave"
 """What stands in for them where there are cells, which have no displacement, and no sound."""
 
 
-def _own(where: str) -> Model:
-    found = named(where)
-    if not isinstance(found, Model):
-        raise InputError(
-            f"--models: expected an afferents.Model at {where}, found {type(found).__name__}"
-        )
-    return found
-
-
-def own_of(models: Sequence[Model]) -> list[Model]:
+def pick_own(models: Sequence[Model]) -> list[Model]:
     """Return those that are none of the package's.
 
     Raises
@@ -177,14 +157,19 @@ def own_of(models: Sequence[Model]) -> list[Model]:
     return own
 
 
-def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
-    """Return the models asked for: those of the tables in their order, then one's own.
+BASELINES = {name: f"afferents.models.baselines:{name}" for name in ("chance", "nearest")}
+"""Models to compare with, by name; where they are, as they are made of scikit-learn."""
+
+
+def choose_models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
+    """Return the models wanted: those of the tables in their order, then the user's own.
 
     Parameters
     ----------
     wanted
-        Models, or names separated by commas: ``all`` for the six of Table 1;
-        ``package.module:NAME`` or ``file.py:NAME`` for a `Model` of one's own; nothing for
+        Models, or names separated by commas: ``all`` for the six of Table 1; ``chance`` and
+        ``nearest`` to compare with;
+        ``package.module:NAME`` or ``file.py:NAME`` for a `Model` of the user's; nothing for
         ``best``, which depends on the data.
 
     Raises
@@ -192,22 +177,30 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     InputError
         If a name is unknown, or what is imported is no model.
     """
-    asked = [name for name in names_in(wanted) if name != "best"]
-    chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
+    names = [name for name in list_names(wanted) if name != "best"]
+    chosen = [one for name in names for one in (TABLE1 if name == "all" else [name])]
+    chosen = [BASELINES.get(name, name) for name in chosen]
     for name in chosen:
         if ":" not in name and name not in MODELS:
             do = f"; name what is in the file, as in {name}:NAME" if name.endswith(".py") else ""
             raise InputError(
-                f"--models: expected 'all', 'best', some of {', '.join(MODELS)}, or FILE.py:NAME, "
-                f"found '{name}'{do}"
+                f"--models: expected 'all', 'best', some of {', '.join([*MODELS, *BASELINES])}, "
+                f"or FILE.py:NAME, found '{name}'{do}"
             )
-    own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
+    own = []
+    for where in dict.fromkeys(name for name in chosen if ":" in name):
+        found = named(where)
+        if not isinstance(found, Model):
+            raise InputError(
+                f"--models: expected an afferents.Model at {where}, found {type(found).__name__}"
+            )
+        own.append(found)
     own += [one for one in listed(wanted) if isinstance(one, Model)]
     return [model for name, model in MODELS.items() if name in chosen] + own
 
 
-def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
-    """Return the names among the models asked for, ``all`` and ``best`` with them."""
+def list_names(wanted: str | Model | Sequence[str | Model]) -> list[str]:
+    """Return the names among the models wanted, ``all`` and ``best`` with them."""
     texts = [one for one in listed(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]
 

@@ -1,4 +1,8 @@
-"""The paper's networks (section 2.4)."""
+"""The paper's networks: of one tactile image, of runs of them, and of vibration spectra.
+
+Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4; layers as in the authors' code (commit
+880f9e4), which each class names.
+"""
 
 from contextlib import nullcontext
 from typing import Self
@@ -8,29 +12,22 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.errors import InputError
+from afferents.models import hardware, layers
 from afferents.models.base import Network, Task
-from afferents.models.layers import (
-    FlattenChannelsLast,
-    RegularisedLinear,
-    batch_norm_maps,
-    batch_norm_units,
-    initialise_like_keras,
-    takes_bfloat16,
-)
-
-# The network of the spatial encoding: one tactile image, SA-I or RA-I (SA-SE, RA-SE).
-#
-# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.1; layers as in the authors' code,
-# spatial/train_static.ipynb, cell 4 (commit 880f9e4).
 
 SMALLEST_SIDE = 8
 """Rows and columns that leave at least one value a channel after the image stack."""
 IMAGE_CHANNELS = 128
+UNITS = 10
+SMALLEST_SPECTRUM = 135
+"""Bins that leave at least one value a channel after three poolings by 3 and the last kernel."""
+CHANNELS = 128
 
 
 class SpatialNet(Network):
-    """Texture from one tactile image: three convolutions and two dense layers.
+    """Texture from one tactile image (SA-SE, RA-SE): three convolutions and two dense layers.
 
+    Section 2.4.1; spatial/train_static.ipynb, cell 4.
     docs/paper.md lists its layers: 261,709 parameters, of which 260,717 are trainable, as Keras
     counts.
 
@@ -56,17 +53,12 @@ class SpatialNet(Network):
     light_dropout = (0.5, 0.0, 0.0)
     takes = (dims.ROW, dims.COLUMN)
 
-    @classmethod
-    def built_for(cls, task: Task) -> Self:
-        """Return one for samples (row, column)."""
-        return cls(task.n_classes, *task.sample_shape)
-
     def __init__(self, n_classes: int, n_rows: int = 19, n_columns: int = 19) -> None:
         """Build the layers and draw the weights."""
         super().__init__()
         self.image = image_stack()
         self.dense = dense_layers(image_features(n_rows, n_columns), n_classes, second_dropout=0.4)
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, images: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, `image_features`).
@@ -87,16 +79,16 @@ def image_stack() -> nn.Sequential:
         nn.Conv2d(1, 64, 3, padding=1),
         nn.MaxPool2d(2),
         nn.ReLU(),
-        batch_norm_maps(64),
+        layers.batch_norm_maps(64),
         nn.Conv2d(64, 128, 3, padding=1),
         nn.ReLU(),
-        batch_norm_maps(128),
+        layers.batch_norm_maps(128),
         nn.Conv2d(128, IMAGE_CHANNELS, 3),
         nn.ReLU(),
-        batch_norm_maps(128),
+        layers.batch_norm_maps(128),
         nn.MaxPool2d(2),
-        batch_norm_maps(128),
-        FlattenChannelsLast(),
+        layers.batch_norm_maps(128),
+        layers.FlattenChannelsLast(),
     )
 
 
@@ -117,17 +109,10 @@ def image_features(n_rows: int, n_columns: int) -> int:
     return height * width * IMAGE_CHANNELS
 
 
-# The network of the spatio-temporal encoding: ten tactile images in a row (SA-STE, RA-STE).
-#
-# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.2; layers as in the authors' code,
-# spatiotemporal/train_dynamic.ipynb, cell 4 (commit 880f9e4).
-
-UNITS = 10
-
-
 class CnnLstm(Network):
-    """Texture from a run of tactile images: a network for every frame, then three LSTMs.
+    """Texture from a run of tactile images (SA-STE, RA-STE): a network a frame, then three LSTMs.
 
+    Section 2.4.2; spatiotemporal/train_dynamic.ipynb, cell 4.
     docs/paper.md lists its layers: 273,365 parameters, of which 272,373 are trainable, as Keras
     counts. The frames share the image stack's weights, and its batch statistics run over all frames
     of a batch. The LSTMs have tanh and sigmoid gates. (The paper calls the model a ConvLSTM; it is
@@ -165,16 +150,12 @@ class CnnLstm(Network):
         features = image_features(n_rows, n_columns)
         self.lstm = nn.LSTM(features, UNITS, num_layers=3, batch_first=True)
         self.dense = dense_layers(UNITS, n_classes)
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, runs: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, 10), of runs (batch, frame, row, column)."""
         of_frames = self.image(runs.flatten(0, 1).unsqueeze(1))
-        return self.after(of_frames.unflatten(0, runs.shape[:2]))
-
-    def after(self, of_frames: Tensor) -> Tensor:
-        """Return the same of what the image stack made of the frames, (batch, frame, feature)."""
-        return last_state(self.lstm, of_frames)
+        return last_state(self.lstm, of_frames.unflatten(0, runs.shape[:2]))
 
 
 def dense_layers(n_features: int, n_classes: int, second_dropout: float = 0.2) -> nn.Sequential:
@@ -184,15 +165,15 @@ def dense_layers(n_features: int, n_classes: int, second_dropout: float = 0.2) -
     """
     return nn.Sequential(
         nn.Dropout(0.4),
-        RegularisedLinear(n_features, 32),
+        layers.RegularisedLinear(n_features, 32),
         nn.ReLU(),
-        batch_norm_units(32),
+        layers.batch_norm_units(32),
         nn.Dropout(second_dropout),
-        RegularisedLinear(32, 16),
+        layers.RegularisedLinear(32, 16),
         nn.ReLU(),
-        batch_norm_units(16),
+        layers.batch_norm_units(16),
         nn.Dropout(0.2),
-        RegularisedLinear(16, n_classes),
+        layers.RegularisedLinear(16, n_classes),
     )
 
 
@@ -202,25 +183,16 @@ def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
     On a CPU that has no LSTM in bfloat16 it is computed in float32, whatever the rest of the
     network is in: it is a small part of the work.
     """
-    apart = torch.is_autocast_enabled("cpu") and not takes_bfloat16()
+    apart = torch.is_autocast_enabled("cpu") and not hardware.takes_bfloat16()
     with torch.autocast("cpu", enabled=False) if apart else nullcontext():
         last: Tensor = lstm(of_frames.float() if apart else of_frames)[0][:, -1]
     return last
 
 
-# The network of the spectral encoding: vibration spectra (vib-TE).
-#
-# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.3; layers as in the authors' code,
-# vibrotactile/train_vibration.ipynb, cell 4 (commit 880f9e4).
-
-SMALLEST_SPECTRUM = 135
-"""Bins that leave at least one value a channel after three poolings by 3 and the last kernel."""
-CHANNELS = 128
-
-
 class VibrationNet(Network):
-    """Texture from a vibration spectrum: four one-dimensional convolutions and a dense layer.
+    """Texture from a vibration spectrum (vib-TE): four convolutions in one dimension, then dense.
 
+    Section 2.4.3; vibrotactile/train_vibration.ipynb, cell 4.
     docs/paper.md lists its layers: 261,709 parameters, of which 260,685 are trainable, as Keras
     counts (that `SpatialNet` has the same total is a coincidence). With 16 vibration channels
     271,309.
@@ -247,11 +219,6 @@ class VibrationNet(Network):
     light_dropout = (0.2,)
     takes = (dims.CHANNEL, dims.FREQUENCY)
 
-    @classmethod
-    def built_for(cls, task: Task) -> Self:
-        """Return one for samples (channel, frequency)."""
-        return cls(task.n_classes, *task.sample_shape)
-
     def __init__(self, n_classes: int, n_channels: int = 1, n_frequencies: int = 200) -> None:
         """Build the layers and draw the weights."""
         super().__init__()
@@ -264,27 +231,27 @@ class VibrationNet(Network):
             _convolution(n_channels, "same"),
             nn.MaxPool2d((1, 3)),  # before its ReLU, with which it commutes: less work
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             _convolution(CHANNELS, "same"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             nn.MaxPool2d((1, 3)),
             _convolution(CHANNELS, "same"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
+            layers.batch_norm_maps(CHANNELS),
             nn.MaxPool2d((1, 3)),
             _convolution(CHANNELS, "valid"),
             nn.ReLU(),
-            batch_norm_maps(CHANNELS),
-            FlattenChannelsLast(),
+            layers.batch_norm_maps(CHANNELS),
+            layers.FlattenChannelsLast(),
         )
         self.dense = nn.Sequential(
             nn.Dropout(0.4),
-            RegularisedLinear((n_frequencies // 27 - 4) * CHANNELS, 32),
+            layers.RegularisedLinear((n_frequencies // 27 - 4) * CHANNELS, 32),
             nn.ReLU(),
             nn.Linear(32, n_classes),
         )
-        initialise_like_keras(self)
+        layers.initialise_like_keras(self)
 
     def features(self, spectra: Tensor) -> Tensor:
         """Return what enters the dense layers, (batch, feature).

@@ -4,13 +4,13 @@ At a supposed speed v a spectrum over frequency becomes one over cycles per mm, 
 for every texture is linear in that: one linear layer that slides over the logarithm of frequency.
 
 Speed known: the scores at that speed. Measured: first the speed alone, from how the phases of
-several channels agree with it whatever the texture. Nobody knows: all speeds are supposed in turn,
+several channels agree with it whatever the texture. Unknown: all speeds are supposed in turn,
 and a texture's probability is the sum over them. So that the scores at different speeds can be
 compared, it learns from spectra at their true speed, named by texture, and from the same ones at
 wrong speeds, which are none of the textures.
 
 What it can't do: where textures are one pattern at different scales, speed and scale are the same
-shift. Then only what does not scale tells them apart (the skin's and microphone's own band).
+shift. Then only what does not scale distinguishes them (the skin's and microphone's own band).
 """
 
 import math
@@ -38,6 +38,8 @@ _LEAST_PER_OCTAVE = 12
 
 A speed that lies between two supposed moves narrow lines out of their place in both.
 """
+_MOST = 1_000_000
+"""Powers that the floor is taken from."""
 _FLOOR = 0.1
 """Share of all powers learnt from that count as no more than the floor."""
 _LEAST_SD = 0.1
@@ -59,7 +61,7 @@ class OrderSearch(Solved):
     per_mm
         The textures' axis, geometric, cycles per mm.
     speed_from
-        Who tells the speed of what is named.
+        What tells the speed of samples that are to be named.
 
     Raises
     ------
@@ -123,17 +125,23 @@ class OrderSearch(Solved):
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn, in place; `rng` draws the wrong speeds, the penalty is for each channel."""
         values, labels, weight, speed_mm_s = data
-        self.floor = _quantile(values[:, : self.n_channels], _FLOOR)
+        powers = values[:, : self.n_channels].flatten()
+        spread = powers[:: max(1, len(powers) // _MOST)]  # evenly, where there are very many
+        self.floor = torch.quantile(spread, _FLOOR)
         low, high = float(speed_mm_s.min()) / _BEYOND, float(speed_mm_s.max()) * _BEYOND
         per_octave = max(_LEAST_PER_OCTAVE, round(1 / self._octaves))
         steps = math.ceil(math.log2(high / low) * per_octave)
         self.speeds = low * 2.0 ** (torch.arange(steps + 1) / per_octave)
-        self.mean, self.sd = _moments(*self._shifted(values, speed_mm_s))
+        parts, heard = self._shifted(values, speed_mm_s)
+        n_heard = heard.sum(0).clamp_min(1)
+        self.mean = (parts * heard).sum(0) / n_heard
+        variance = ((parts - self.mean) * heard).square().sum(0) / n_heard
+        self.sd = variance.sqrt().clamp_min(_LEAST_SD)
         named = nn.functional.one_hot(labels, len(self.constant))
         names, measures = Gram(*self.weight.shape), Gram(*self.right.shape)
         n_wrong = 0 if self.speed_from == "robot" else WRONG_SPEEDS
         for right in (True, *([False] * n_wrong)):
-            supposed = speed_mm_s if right else _wrong(speed_mm_s, low, high, rng)
+            supposed = speed_mm_s if right else _draw_wrong(speed_mm_s, low, high, rng)
             share = weight if right else weight / WRONG_SPEEDS
             parts = self._over_textures(values, supposed)
             if right or self.speed_from == "nobody":
@@ -185,7 +193,7 @@ class OrderSearch(Solved):
         Parameters
         ----------
         textures
-            Numbers of the textures, (n,); from these scores, or known better.
+            Numbers of the textures, (n,); from these scores, or known for certain.
         """
         if self.speed_from == "robot":
             return None
@@ -230,21 +238,7 @@ class OrderSearch(Solved):
         return torch.cat([power - level[:, None, None], parts[:, self.n_channels :]], 1), heard
 
 
-def _quantile(values: Tensor, share: float) -> Tensor:
-    """Return a quantile of all values; of evenly spread ones where there are very many."""
-    flat = values.flatten()
-    return torch.quantile(flat[:: max(1, len(flat) // 1_000_000)], share)
-
-
-def _moments(parts: Tensor, heard: Tensor) -> tuple[Tensor, Tensor]:
-    """Return mean and standard deviation over the samples in which something was heard."""
-    n = heard.sum(0).clamp_min(1)
-    mean = (parts * heard).sum(0) / n
-    spread = (((parts - mean) * heard).square().sum(0) / n).sqrt()
-    return mean, spread.clamp_min(_LEAST_SD)
-
-
-def _wrong(speed_mm_s: Tensor, low: float, high: float, rng: np.random.Generator) -> Tensor:
+def _draw_wrong(speed_mm_s: Tensor, low: float, high: float, rng: np.random.Generator) -> Tensor:
     """Draw a speed for each that is not the right one."""
     right = speed_mm_s.double().numpy()
     drawn = np.exp(rng.uniform(math.log(low), math.log(high), len(right)))

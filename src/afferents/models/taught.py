@@ -15,16 +15,15 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.encodings.base import Encoding
-from afferents.encodings.samples import Samples, labels_of, textures_of
+from afferents.encodings.samples import Samples, find_labels, list_textures
 from afferents.errors import InputError
 from afferents.folds.held_out import SPEED
 from afferents.folds.protocol import Fold
 from afferents.folds.splits import hold_out_the_middle
 from afferents.models.calibrate import calibrate_model, most_that_can_show
-from afferents.models.confidence import KNOWN
+from afferents.models.deployed import KNOWN, Deployed
 from afferents.models.fit_solved import learn, new_solved
-from afferents.models.folder import Deployed
-from afferents.models.learning_set import LearningSet, thinned
+from afferents.models.learning_set import LearningSet, thin
 from afferents.models.model import MODELS
 
 Floats = NDArray[np.float32]
@@ -50,7 +49,7 @@ class Nearest:
 
     def __init__(self, values: Floats, labels: NDArray[np.int64]) -> None:
         """Set the limit: `KNOWN` of the samples have another one that is nearer."""
-        kept = thinned(np.arange(len(values)), _MOST)
+        kept = thin(np.arange(len(values)), _MOST)
         flat, labels = values.reshape(len(values), -1)[kept].astype(np.float64), labels[kept]
         within = np.mean([flat[labels == c].var(axis=0) for c in np.unique(labels)], axis=0)
         sd = np.maximum(flat.std(axis=0), _LEAST_SD)
@@ -113,7 +112,7 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
         That made them.
     """
     torch.set_num_threads(1)
-    textures, labels = tuple(textures_of(samples)), labels_of(samples)
+    textures, labels = tuple(list_textures(samples)), find_labels(samples)
     nearest = Nearest(samples.values, labels)
     if len(textures) == 1:
         return Taught(textures, most_sure=most_that_can_show(1), nearest=nearest)
@@ -154,8 +153,8 @@ def _choose_fold(samples: Samples) -> Fold:
 
 def _solve(samples: Samples, encoding: Encoding, fold: Fold) -> tuple[Deployed, LearningSet]:
     """Return the classifier that has learnt from a fold's training samples, and these."""
-    ridge, labels = new_solved(MODEL, samples, encoding), labels_of(samples)
+    ridge, labels = new_solved(MODEL, samples, encoding), find_labels(samples)
     learn(ridge, samples, labels, fold.train, 0, ridge.penalties[0])
     values = torch.from_numpy(samples.values), torch.from_numpy(labels)
     learnt = LearningSet(*values, fold.train, fold.validation)
-    return Deployed(ridge, len(textures_of(samples)), learnt.scale).eval(), learnt
+    return Deployed(ridge, len(list_textures(samples)), learnt.scale).eval(), learnt

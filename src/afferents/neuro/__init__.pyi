@@ -1,6 +1,3 @@
-from .beside import (
-    matched as matched,
-)
 from .decoding import (
     accuracy_by_resolution as accuracy_by_resolution,
 )
@@ -39,6 +36,9 @@ from .gaps import (
 )
 from .gaps import (
     without_gaps as without_gaps,
+)
+from .matching import (
+    matched as matched,
 )
 from .natural import (
     described_natural as described_natural,

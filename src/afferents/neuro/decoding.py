@@ -6,8 +6,8 @@ window began with. One bin as long as the window is the rate alone; finer bins a
 discriminant on the principal components of the training windows recognises the texture; its
 covariance is shrunk (Ledoit & Wolf, J. Multivar. Anal. 88:365, 2004).
 
-Comparing decoding over resolutions is how the nerve's own codes for texture were told apart (Weber
-et al., PNAS 110:17107, 2013); the spectrum in place of aligned trains is ours.
+Comparing decoding over resolutions is how the nerve's own codes for texture were distinguished
+(Weber et al., PNAS 110:17107, 2013); the spectrum in place of aligned trains is ours.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,7 +31,7 @@ WINDOW_S = 0.5
 COMPONENTS = 40
 """Principal components that the discriminant sees."""
 _SLACK = 0.95
-"""Of a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms can be asked."""
+"""With a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms are allowed."""
 TRIAL = "trial"
 """Column of windows: the number of the trial that one was cut from."""
 MOST_WINDOWS = 8
@@ -91,7 +91,7 @@ def decode(
             there = f"{len(train)} windows of {len(np.unique(texture))} textures"
             wanted = "more windows than textures to learn from"
             raise InputError(f"spikes: expected {wanted}, found {there}; choose shorter windows")
-        named = _named(features[train], texture[train], features[test], seed)
+        named = _classify(features[train], texture[train], features[test], seed)
         found.setdefault(speed, []).append(named == texture[test])
     return {speed: float(np.mean(np.concatenate(right))) for speed, right in found.items()}
 
@@ -142,7 +142,11 @@ def accuracy_by_resolution(
         whole = cut_windows(units, window_s, MOST_WINDOWS)
         cut: dict[str, dict[float | None, Spikes]] = {part: {None: whole} for part in _parts(whole)}
         if stretched:
-            cut["stretched"] = _stretched_windows(units, window_s)
+            speed = units.trials["speed_mm_s"].to_numpy(np.float64)
+            cut["stretched"] = {
+                float(one): cut_windows(units.stretched(speed / one), window_s, MOST_WINDOWS)
+                for one in require_conditions(units)
+            }
         n = {"n_units": units.n_units, "n_trials": units.n_trials}
         for part, by_tested in cut.items():
             finest_s = _SLACK * max(map(_finest, by_tested.values()))
@@ -153,7 +157,7 @@ def accuracy_by_resolution(
                     across: Across = "windows" if part == "windows" else "speeds"
                     by_speed |= decode(windows, resolution_s, across, seed, tested)
                 given = {"class": name, "across": part, "resolution_s": resolution_s}
-                rows.append({**given, **summary(by_speed), **n})
+                rows.append({**given, **mean_with_interval(by_speed), **n})
     return pd.DataFrame(rows).assign(chance=1 / spikes.trials["texture"].nunique())
 
 
@@ -195,11 +199,11 @@ def accuracy_by_units(
                     ]
                     by_speed = {one: float(np.mean([d[one] for d in drawn])) for one in drawn[0]}
                     given = {"class": name, "across": across, "code": code, "n_units": number}
-                    rows.append({**given, **summary(by_speed)})
+                    rows.append({**given, **mean_with_interval(by_speed)})
     return pd.DataFrame(rows).assign(chance=1 / spikes.trials["texture"].nunique())
 
 
-def summary(by_speed: dict[float, float]) -> dict[str, float]:
+def mean_with_interval(by_speed: dict[float, float]) -> dict[str, float]:
     """Return the mean over speeds, and its 95% interval by Student's t; NaN where all agree."""
     values = np.array(list(by_speed.values()))
     mean, n = float(values.mean()), len(values)
@@ -208,48 +212,6 @@ def summary(by_speed: dict[float, float]) -> dict[str, float]:
         return {"accuracy": mean, "low": np.nan, "high": np.nan}
     half = float(student.ppf(0.975, n - 1) * spread / np.sqrt(n))
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
-
-
-_LEARNT = {
-    "speeds": "held out",
-    "windows": "that other windows were learnt from",
-    "stretched": "held out, from trains that were stretched to it",
-}
-"""How the speed tested stands to what was learnt from."""
-
-
-def code_sentences(found: pd.DataFrame, whose: str = "units") -> list[str]:
-    """Return what rates and the best resolution recognise, a sentence a class and held-out part.
-
-    The best is chosen by its accuracy on what is tested, which flatters it; the sentence says so.
-
-    Parameters
-    ----------
-    found
-        As `accuracy_by_resolution` returns it.
-    """
-    said = []
-    for (name, across), some in found.groupby(["class", "across"], sort=False):
-        rates, best = some.nlargest(1, "resolution_s"), some.nlargest(1, "accuracy")
-        window_s, best_s = (float(one["resolution_s"].iloc[0]) for one in (rates, best))
-        finer = (
-            "and no finer bin does better"
-            if percent_of(best) == percent_of(rates)
-            else f"bins of {1e3 * best_s:.3g} ms {percent_of(best)}, the best of {len(some)} "
-            "widths tried and so flattered by the choice"
-        )
-        said.append(
-            f"{name} {whose}, at a speed {_LEARNT[str(across)]}: rates alone recognise "
-            f"{percent_of(rates)} of the windows of {window_s:.2g} s, {finer} (chance "
-            f"{100 * some['chance'].iloc[0]:.0f}%)."
-        )
-    return said
-
-
-def percent_of(row: pd.DataFrame) -> str:
-    """Return the accuracy of one row in percent, with its 95% interval where there is one."""
-    mean, low, high = (100 * float(row[name].iloc[0]) for name in ("accuracy", "low", "high"))
-    return f"{mean:.0f}%" + (f" [{low:.0f}, {high:.0f}]" if high > low else "")
 
 
 def binned_features(windows: Spikes, resolution_s: float) -> NDArray[np.float64]:
@@ -290,37 +252,30 @@ def require_conditions(spikes: Spikes, across: Across = "speeds") -> NDArray[np.
 def folds(
     windows: Spikes, speeds: NDArray[np.float64], across: Across
 ) -> Iterator[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield the speed tested and the places of windows to learn from and to test on."""
+    """Yield the speed tested and the places of windows to learn from and to test on.
+
+    Within a speed, a repetition is held out together where there are several.
+    """
     speed = windows.trials["speed_mm_s"].to_numpy(np.float64)
     for one in speeds:
         at = speed == one
         if across == "speeds":
             yield float(one), np.flatnonzero(~at), np.flatnonzero(at)
             continue
-        part = _parts_of_speed(windows.trials[at])
+        trials = windows.trials[at]
+        part, names = pd.factorize(trials["repetition"], sort=True, use_na_sentinel=False)
+        if len(names) < 2:  # the second half of each trial is tested; -1: only learnt from
+            place, by_trial = trials.groupby(TRIAL).cumcount(), trials.groupby(TRIAL)[TRIAL]
+            part = np.where(place >= (by_trial.transform("size") + 1) // 2, 0, -1)
         for number in np.unique(part[part >= 0]):
-            tested = np.zeros(len(at), bool)
-            tested[np.flatnonzero(at)[part == number]] = True
-            yield float(one), np.flatnonzero(at & ~tested), np.flatnonzero(tested)
+            tested = part == number
+            yield float(one), np.flatnonzero(at)[~tested], np.flatnonzero(at)[tested]
 
 
-def _parts_of_speed(trials: pd.DataFrame) -> NDArray[np.int64]:
-    """Return the part of each window, held out together; -1 for windows that are only learnt from.
-
-    Its repetition, where there are several; else the second half of its trial is 0, the first -1.
-    """
-    repetition, names = pd.factorize(trials["repetition"], sort=True, use_na_sentinel=False)
-    if len(names) > 1:
-        return repetition
-    place = trials.groupby(TRIAL).cumcount()
-    size = trials.groupby(TRIAL)[TRIAL].transform("size")
-    return np.where((place >= (size + 1) // 2).to_numpy(), 0, -1)
-
-
-def _named(
+def _classify(
     train: NDArray[np.float64], texture: NDArray[np.str_], test: NDArray[np.float64], seed: int
 ) -> NDArray[np.str_]:
-    """Return the texture that each test window is taken for."""
+    """Return the texture that the discriminant finds in each test window."""
     import_extra("neural", "texture from spikes", "sklearn")
     # which take longer to import than all the rest
     from sklearn.covariance import ledoit_wolf
@@ -346,15 +301,6 @@ def _named(
     return named
 
 
-def _stretched_windows(units: Spikes, window_s: float) -> dict[float | None, Spikes]:
-    """Return by each speed the windows of trains that were stretched to it."""
-    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
-    return {
-        float(one): cut_windows(units.stretched(speed / one), window_s, MOST_WINDOWS)
-        for one in require_conditions(units)
-    }
-
-
 def _finest(units: Spikes) -> float:
     return float(units.units["resolution_s"].max())
 
@@ -370,9 +316,6 @@ def _parts(windows: Spikes) -> list[Across]:
     )
     parts: dict[Across, bool] = {"speeds": len(speeds) > 1, "windows": within}
     return [part for part, possible in parts.items() if possible]
-
-
-# Trials cut into windows, and units drawn from many.
 
 
 def cut_windows(spikes: Spikes, window_s: float, most: int | None = None) -> Spikes:

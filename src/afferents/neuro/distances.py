@@ -8,8 +8,7 @@ The ISI and SPIKE distances (Kreuz et al., J. Neurosci. Methods 165:151, 2007; J
 """
 
 import warnings
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,39 +18,8 @@ from afferents.errors import InputError
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
-Trains = Sequence[NDArray[np.float64]]
-Distance = Callable[[Trains, float, float], Any]
-"""Of trains of one length: takes their times, s, that length, s, and the scale of time, s."""
-
-
-def victor_purpura(trains: Trains, duration_s: float, time_s: float) -> Any:
-    """Return Victor & Purpura's (train, train): a spike moved by `time_s` costs 2."""
-    elephant, times, pq = _elephant(trains, duration_s)
-    return elephant.victor_purpura_distance(times, 2 / time_s * pq.Hz)
-
-
-def van_rossum(trains: Trains, duration_s: float, time_s: float) -> Any:
-    """Return van Rossum's (train, train), with `time_s` as the exponential's time constant."""
-    elephant, times, pq = _elephant(trains, duration_s)
-    return elephant.van_rossum_distance(times, time_constant=time_s * pq.s)
-
-
-def _pyspike(name: str, trains: Trains, duration_s: float, time_s: float) -> Any:
-    """Return a distance (train, train) of PySpike, 0 to 1; `time_s` is left."""
-    pyspike: Any = import_extra("neural", "spike distances", "pyspike")
-    with warnings.catch_warnings(action="ignore"):
-        times = [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]
-    return getattr(pyspike, name)(times)
-
-
-DISTANCES: dict[str, Distance] = {
-    "victor-purpura": victor_purpura,
-    "van-rossum": van_rossum,
-    "isi": partial(_pyspike, "isi_distance_matrix"),
-    "spike": partial(_pyspike, "spike_distance_matrix"),
-}
-"""By name; of ISI how unlike the intervals around moments are, of SPIKE how far spikes are from the
-other's."""
+DISTANCES = ("victor-purpura", "van-rossum", "isi", "spike")
+"""ISI: how unlike the intervals around moments are. SPIKE: how far spikes are from the other's."""
 _SCALED = ("victor-purpura", "van-rossum")
 """Those that take the scale of time."""
 
@@ -68,8 +36,8 @@ def distance_matrix(
     distance
         One of `DISTANCES`.
     time_s
-        Scale of time: a spike moved by so much costs as much as one more and one less, or is
-        smoothed by so much; more than 0 s. ISI and SPIKE have no scale and leave it.
+        Scale of time, more than 0 s: a spike that is moved by it costs as much as one more and one
+        less (Victor & Purpura), or is smoothed by it (van Rossum). ISI and SPIKE have no scale.
 
     Raises
     ------
@@ -91,7 +59,20 @@ def distance_matrix(
         name = spikes.units.index[unit]
         raise InputError(f"spikes: expected unit {name} in every trial, found trials without it")
     trains = [spikes.train(trial, unit) for trial in range(spikes.n_trials)]
-    return np.asarray(DISTANCES[distance](trains, float(lengths.iloc[0]), time_s))
+    duration_s, what = float(lengths.iloc[0]), "spike distances"
+    if distance not in _SCALED:
+        pyspike: Any = import_extra("neural", what, "pyspike")
+        with warnings.catch_warnings(action="ignore"):
+            times = [pyspike.SpikeTrain(train, (0.0, duration_s)) for train in trains]
+        return np.asarray(getattr(pyspike, f"{distance}_distance_matrix")(times))
+    elephant = import_extra("neural", what, "elephant.spike_train_dissimilarity")
+    import neo
+    from quantities import Hz, s
+
+    times = [neo.SpikeTrain(train * s, t_stop=duration_s * s) for train in trains]
+    if distance == "victor-purpura":  # a spike moved by `time_s` costs 2
+        return np.asarray(elephant.victor_purpura_distance(times, 2 / time_s * Hz))
+    return np.asarray(elephant.van_rossum_distance(times, time_constant=time_s * s))
 
 
 def found_by_nearest(distances: NDArray[np.float64], textures: Sequence[str]) -> float:
@@ -108,13 +89,3 @@ def found_by_nearest(distances: NDArray[np.float64], textures: Sequence[str]) ->
     np.fill_diagonal(apart, np.inf)
     names = np.asarray(textures)
     return float(np.mean(names[apart.argmin(axis=1)] == names))
-
-
-def _elephant(trains: Trains, duration_s: float) -> tuple[Any, list[Any], Any]:
-    """Return elephant's distances, trains as it takes them, and the units of `quantities`."""
-    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
-    import neo
-    import quantities as pq
-
-    times = [neo.SpikeTrain(np.asarray(one) * pq.s, t_stop=duration_s * pq.s) for one in trains]
-    return elephant, times, pq

@@ -14,7 +14,7 @@ from scipy.signal import welch
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.spikes.artificial import stretch_of
+from afferents.spikes.artificial import choose_stretch
 from afferents.store.responses import Responses
 
 LOW_HZ, HIGH_HZ = 10.0, 200.0
@@ -81,20 +81,20 @@ def exponents(recordings: Iterable[Responses]) -> pd.DataFrame:
         if dims.RA2 not in recording:
             continue
         rate_hz = float(recording[dims.RA2].attrs[dims.SAMPLE_RATE])
-        start_s, stop_s = stretch_of(recording)
+        start_s, stop_s = choose_stretch(recording)
         kept = slice(round(start_s * rate_hz), round(stop_s * rate_hz))
-        long_enough = stop_s - start_s >= WINDOW_S
-        vibration = recording[dims.RA2].values[kept, 0]
-        exponent = spectral_exponent(vibration, rate_hz) if long_enough else np.nan
-        labels = {name: recording.attrs[name] for name in ("texture", "speed_mm_s")}
-        rows.append({"recording": recording.attrs["name"], **labels, "exponent": exponent})
+        exponent = np.nan
+        if stop_s - start_s >= WINDOW_S:
+            exponent = spectral_exponent(recording[dims.RA2].values[kept, 0], rate_hz)
+        labels = (recording.attrs[name] for name in ("name", "texture", "speed_mm_s"))
+        rows.append((*labels, exponent))
     return pd.DataFrame(rows, columns=["recording", "texture", "speed_mm_s", "exponent"])
 
 
 def accuracy_by_exponent(table: pd.DataFrame) -> dict[float, float]:
     """Return the share of recordings recognised by their exponent alone, by the speed left out.
 
-    A recording is taken for the texture whose mean exponent, over the other speeds, is nearest.
+    A recording is assigned to the texture whose mean exponent, over the other speeds, is nearest.
     """
     known = table.dropna(subset=["exponent"])
     right = {}

@@ -28,9 +28,6 @@ _STYLES = {"timing": "-", "rate": ":", "artificial": "-", "natural": "--"}
 _WORDS = {"timing": "with timing", "rate": "rates"}
 
 
-# A raster: every spike of some units in a stretch of a few trials.
-
-
 @styled
 def raster_figure(spikes: Spikes, source: str) -> Figure:
     """Draw the spikes of a few trials, a panel a trial, a row a unit; grey: not recorded."""
@@ -52,9 +49,6 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
     panels[0].set_yticks(middles, list(dict.fromkeys(classes)))
     panels[0].set_ylim(spikes.n_units - 0.5, -0.5)
     return figure
-
-
-# How well texture is read from spikes, by temporal resolution and by the number of units.
 
 
 @styled
@@ -97,9 +91,6 @@ def _draw_accuracy(axes: Axes, found: pd.DataFrame, x: str, by: str) -> None:
     axes.set(xlabel=x, ylabel="windows recognised (%)")
 
 
-# What speed does to spikes: slopes of rates, and trains matched across speeds.
-
-
 @styled
 def slope_figure(slopes: pd.DataFrame, source: str) -> Figure:
     """Draw how units' rates grow with speed; see `neuro.rate_slopes`."""
@@ -130,7 +121,7 @@ def stretch_figure(matched: pd.DataFrame, source: str) -> Figure:
 
 
 @styled
-def beside_figure(resolution: pd.DataFrame, matches: pd.DataFrame, source: str) -> Figure:
+def comparison_figure(resolution: pd.DataFrame, matches: pd.DataFrame, source: str) -> Figure:
     """Draw decoding by resolution and matches across speeds, of both populations.
 
     Parameters
@@ -139,7 +130,7 @@ def beside_figure(resolution: pd.DataFrame, matches: pd.DataFrame, source: str) 
         As `accuracy_by_resolution` and `match_by_class` give them, with a column `population` more:
         ``artificial`` or ``natural``.
     """
-    figure = new_figure(11.5, 3.3, "Artificial units beside natural fibres", source)
+    figure = new_figure(11.5, 3.3, "Artificial units and natural fibres", source)
     *panels, bars = figure.subplots(1, 3)
     for (_, here), axes in zip(resolution.groupby("across"), panels, strict=False):
         _draw_accuracy(axes, here, "width of a bin (ms)", "population")

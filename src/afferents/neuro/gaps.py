@@ -4,6 +4,8 @@ Decoding compares what all units did, and a unit that was never recorded on a te
 texture away. So textures, units and repetitions are kept that make a whole; nothing is filled in.
 """
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,7 +58,7 @@ def without_gaps(spikes: Spikes) -> Spikes:
         return spikes
     kept = []
     for number in range(1, int(least.max()) + 1):
-        textures, units = _whole(least >= number)
+        textures, units = _remove_gaps(least >= number)
         if len(textures) > 1 and len(units):
             n = counts[textures][:, :, units].min(axis=(0, 2))
             kept.append((len(textures) * len(units) * n.sum(), textures, units, n))
@@ -68,15 +70,21 @@ def without_gaps(spikes: Spikes) -> Spikes:
             f"none; leave out a speed{columns if other else ''}"
         )
     _, textures, units, n = max(kept, key=lambda one: one[0])
-    return joined(
-        _together(spikes.select((texture == one) & (condition == at), units), n[at])
-        for one in textures
-        for at in range(len(n))
-    )
+    parts = []
+    for one, (at, number) in product(textures, enumerate(n)):
+        repeated = spikes.select((texture == one) & (condition == at), units)
+        alike = repeated.window(0, float(repeated.trials["duration_s"].min()))
+        # the first `number` repetitions of each unit, as trials of all units
+        places = np.stack([np.flatnonzero(there)[:number] for there in alike.recorded.T], axis=1)
+        trains = [[alike.train(place, unit) for unit, place in enumerate(row)] for row in places]
+        trials = alike.trials.iloc[:number].drop(columns="recording", errors="ignore")
+        trials = trials.assign(repetition=range(number))
+        parts.append(Spikes.unchecked(trains, alike.units, trials))
+    return joined(parts)
 
 
 def left_out(before: Spikes, after: Spikes) -> str:
-    """Say in a sentence what `without_gaps` kept: fibres, textures, repetitions and trains.
+    """Return in a sentence what `without_gaps` kept: fibres, textures, repetitions and trains.
 
     A train is one unit in one trial.
     """
@@ -94,7 +102,7 @@ def left_out(before: Spikes, after: Spikes) -> str:
     )
 
 
-def _whole(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _remove_gaps(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the rows and columns that are left when none of them has a gap any more."""
     rows, columns = (np.arange(n) for n in there.shape)
     while (gaps := ~there[np.ix_(rows, columns)]).any():
@@ -104,15 +112,3 @@ def _whole(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int6
         else:
             columns = np.delete(columns, of_column.argmax())
     return rows, columns
-
-
-def _together(repeated: Spikes, n: int) -> Spikes:
-    """Return the first `n` repetitions of each unit as trials of all units."""
-    alike = repeated.window(0, float(repeated.trials["duration_s"].min()))
-    recorded = [np.flatnonzero(there)[:n] for there in alike.recorded.T]
-    trains = [
-        [alike.train(places[number], unit) for unit, places in enumerate(recorded)]
-        for number in range(n)
-    ]
-    trials = alike.trials.iloc[:n].drop(columns="recording", errors="ignore")
-    return Spikes.unchecked(trains, alike.units, trials.assign(repetition=range(n)))

@@ -1,9 +1,9 @@
 """Natural afferents as `Spikes`: recordings of nerve fibres in tables and NWB files."""
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
+from afferents.reporting.labels import shortened
 from afferents.spikes.population import Spikes
 from afferents.store.recording import as_label, require_distinct
 
@@ -55,8 +56,8 @@ def read_spikes(path: str | Path, duration_s: float | None = None) -> Spikes:
     Raises
     ------
     InputError
-        If the file can't be read, a column is missing or holds something else, another column tells
-        trials apart, or times or durations can't be (as `Spikes.from_trains`).
+        If the file can't be read, a column is missing or holds something else, trials differ in
+        another column only, or times or durations can't be (as `Spikes.from_trains`).
     """
     file = Path(path)
     suffix = file.suffix.lower()
@@ -67,7 +68,7 @@ def read_spikes(path: str | Path, duration_s: float | None = None) -> Spikes:
             f"{file}: expected a table of spikes (.csv, .parquet) or an NWB file, found "
             f"'{file.name}'; other files become Spikes in Python (docs/neuroscience.md)"
         )
-    table = _table(file, duration_s)
+    table = _read_table(file, duration_s)
     fibres = table[["unit", "class"]].drop_duplicates().sort_values("unit")
     if fibres["unit"].duplicated().any():
         raise InputError(f"{file}: expected one class a fibre in 'class', found several of one")
@@ -88,14 +89,14 @@ def read_spikes(path: str | Path, duration_s: float | None = None) -> Spikes:
     places = [[(trial, name) for name in names] for trial in range(of_trial.ngroups)]
     return Spikes.from_trains(
         [[trains.get(place) for place in row] for row in places],
-        {"name": names, "class": classes_of(fibres["class"], file)},
+        {"name": names, "class": read_classes(fibres["class"], file)},
         of_trial.size().reset_index()[_TRIAL],
         file,
         [[lasting.get(place, np.nan) for place in row] for row in places],
     )
 
 
-def _table(file: Path, duration_s: float | None) -> pd.DataFrame:
+def _read_table(file: Path, duration_s: float | None) -> pd.DataFrame:
     """Return the table with labels as texts, times in s, durations, speeds and repetitions."""
     if file.suffix.lower() == ".parquet":
         import_extra("parquet", str(file), "pyarrow")
@@ -117,7 +118,7 @@ def _table(file: Path, duration_s: float | None) -> pd.DataFrame:
     for name in {"speed_mm_s", "repetition"} & {*table}:
         given[name] = _numbers(table, name, file, _RENAME)
     found = pd.DataFrame({"speed_mm_s": np.nan, "repetition": 0} | given)
-    # trials that only other columns tell apart would be taken for one
+    # trials that differ in other columns only would be read as one
     others = table.drop(columns=[*_LABELS, *_NUMBERS], errors="ignore")
     train = [found[name] for name in ("unit", *_TRIAL)]
     several = others.groupby(train, dropna=False).nunique(dropna=False).max() > 1
@@ -145,7 +146,7 @@ def _labels(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
             f"{file}: expected '{name}' of every row, found none in row {missing.argmax() + 1}; "
             "write it, or remove the row"
         )
-    labels = {label: as_label(as_text(label)) for label in table[name].unique()}
+    labels = {label: as_label(format_label(label)) for label in table[name].unique()}
     if name not in ("unit", "class"):  # one texture under two names would be two classes
         require_distinct(file, labels.values(), ())
     return table[name].map(labels)
@@ -159,7 +160,7 @@ def _numbers(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
 
 
 def described_natural(spikes: Spikes) -> list[str]:
-    """Say in sentences what natural recordings hold and what is missing.
+    """Return in sentences what natural recordings hold and what is missing.
 
     Returns
     -------
@@ -171,29 +172,21 @@ def described_natural(spikes: Spikes) -> list[str]:
     speeds = sorted(spikes.trials["speed_mm_s"].dropna().unique())
     at = f" at {', '.join(f'{v:g}' for v in speeds)} mm/s" if speeds else ", at unknown speeds"
     n_textures = spikes.trials["texture"].nunique()
-    said = [f"{_n(spikes.n_units, 'fibre')} ({of_class}), {_n(n_textures, 'texture')}{at}."]
+    fibres = f"{spikes.n_units} fibre{'s' * (spikes.n_units != 1)} ({of_class})"
+    found = [f"{fibres}, {n_textures} texture{'s' * (n_textures != 1)}{at}."]
     names, there = spikes.units.index.to_numpy(str), spikes.recorded.any(axis=0)
     fires = (spikes.counts() > 0).any(axis=0)
     if len(silent := names[there & ~fires].tolist()):
-        said.append(f"Without any spike: {_listed(silent)}.")
+        found.append(f"Without any spike: {shortened(silent)}.")
     if len(absent := names[~there].tolist()):
-        said.append(f"Never recorded: {_listed(absent)}.")
+        found.append(f"Never recorded: {shortened(absent)}.")
     if missing := int((~spikes.recorded).sum()):
         share = missing / spikes.recorded.size
-        said.append(f"Not recorded: {missing} of {spikes.recorded.size} trains ({share:.0%}).")
-    return said
+        found.append(f"Not recorded: {missing} of {spikes.recorded.size} trains ({share:.0%}).")
+    return found
 
 
-def _n(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _listed(names: Sequence[str], most: int = 10) -> str:
-    more = f" and {len(names) - most} others" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
-
-
-def classes_of(
+def read_classes(
     names: Iterable[object], file: Path, words: Mapping[str, str] | None = None
 ) -> list[str]:
     """Return `SA`, `RA` or `PC` for each class as a file names it.
@@ -210,7 +203,7 @@ def classes_of(
     """
     known = {word: name for name, all_words in _KNOWN.items() for word in all_words}
     found = []
-    for text in map(as_text, names):
+    for text in map(format_label, names):
         name = (words or {}).get(text) or known.get(re.sub(r"[\W_]", "", text).lower())
         if name is None:
             raise InputError(
@@ -221,7 +214,7 @@ def classes_of(
     return found
 
 
-def as_text(value: object) -> str:
+def format_label(value: object) -> str:
     """Return a label as text: a whole number without a decimal point."""
     if hasattr(value, "item"):
         value = value.item()
@@ -240,14 +233,14 @@ def read_nwb(
     words: Mapping[str, str] | None = None,
     speed_unit: str = "mm/s",
 ) -> Spikes:
-    """Read units and trials of an NWB file, ours or anybody's, as natural afferents.
+    """Read units and trials of an NWB file, ours or another laboratory's, as natural afferents.
 
     Parameters
     ----------
     path
         An HDF5 file with units and trials; needs the extra ``nwb``.
     texture, speed, repetition
-        Columns of the trials. Speed is None where nobody knows it. Without a column of
+        Columns of the trials. Speed is None where it is not known. Without a column of
         repetitions, trials of one texture and speed are numbered.
     fibre, fibre_class
         Columns of the units. Without a column of names, their numbers are taken.
@@ -280,27 +273,24 @@ def read_nwb(
                 if not getattr(content, what):
                     raise InputError(f"{file}: expected units and trials, found no {what}")
             trials = content.trials.to_dataframe()
-            units = _units(content.units, fibre, fibre_class, words, file)
-            found = [_unit(content.units, number, file) for number in range(len(units))]
-    start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
-    rows = [
-        [_cut(times, seen, first, last, start) for times, seen in found]
-        for first, last in zip(start, stop, strict=True)
-    ]
+            units = _describe_units(content.units, fibre, fibre_class, words, file)
+            start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
+            numbers = range(len(units))
+            found = [_cut_trials(content.units, one, start, stop, file) for one in numbers]
     table = pd.DataFrame({"texture": _labels(trials, texture, file, _NAME_IT)})
     table["speed_mm_s"] = np.nan
     if speed is not None:
-        do = f"{_NAME_IT}, or None as speed if nobody knows it"
+        do = f"{_NAME_IT}, or None as speed if it is not known"
         table["speed_mm_s"] = _numbers(trials, speed, file, do) * _MM_S[speed_unit]
     if repetition in trials:
         table["repetition"] = trials[repetition]
     table["duration_s"] = stop - start
     taken = {*_TIMES, texture, speed, repetition, *table, "timeseries"}
     conditions = trials[[name for name in trials if name not in taken]]
-    return Spikes.from_trains(rows, units, table.join(conditions), file)
+    return Spikes.from_trains(list(zip(*found, strict=True)), units, table.join(conditions), file)
 
 
-def _units(
+def _describe_units(
     units: Any, fibre: str, fibre_class: str, words: Mapping[str, str] | None, path: Path
 ) -> pd.DataFrame:
     if "spike_times" not in units.colnames:
@@ -308,8 +298,8 @@ def _units(
         raise InputError(f"{path}: expected units with spike_times, found columns {there}")
     _require_column(units.colnames, fibre_class, path, _NAME_IT)
     names = units[fibre] if fibre in units.colnames else units.id
-    classes = classes_of(units[fibre_class][:], path, words)
-    found = pd.DataFrame({"name": [as_text(one) for one in names[:]], "class": classes})
+    classes = read_classes(units[fibre_class][:], path, words)
+    found = pd.DataFrame({"name": [format_label(one) for one in names[:]], "class": classes})
     if "resolution_s" in units.colnames:
         found["resolution_s"] = np.asarray(units["resolution_s"][:], np.float64)
     if "receptive_field" in units.colnames:
@@ -318,36 +308,25 @@ def _units(
     return found
 
 
-def _unit(
-    units: Any, number: int, path: Path
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return a unit's times in the session, s, and when it was observed, `(interval, 2)`, s."""
+def _cut_trials(
+    units: Any, number: int, start_s: NDArray[np.float64], stop_s: NDArray[np.float64], path: Path
+) -> list[NDArray[np.float64] | None]:
+    """Return a unit's times in each trial, s; None where it was not observed all through it.
+
+    A spike at the very end of a trial belongs to the next one where that starts there.
+    """
     times = np.asarray(units.get_unit_spike_times(number), np.float64)
     if not (np.diff(times) >= 0).all():
         raise InputError(
             f"{path}: expected times in ascending order, found others in unit {number}"
         )
-    if "obs_intervals" not in units.colnames:
-        return times, None
-    seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
-    return times, seen
-
-
-def _cut(
-    times: NDArray[np.float64],
-    seen: NDArray[np.float64] | None,
-    first: float,
-    last: float,
-    starts: NDArray[np.float64],
-) -> NDArray[np.float64] | None:
-    """Return a unit's times in a trial; None where it was not observed all through it.
-
-    A spike at the very end of a trial belongs to the next one where that starts there.
-    """
-    if seen is not None:
+    seen = np.array([[-np.inf, np.inf]])
+    if "obs_intervals" in units.colnames:
+        seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
+    found: list[NDArray[np.float64] | None] = []
+    for first, last in zip(start_s, stop_s, strict=True):
         whole = (seen[:, 0] <= first + _WITHIN_S) & (seen[:, 1] >= last - _WITHIN_S)
-        if not whole.any():
-            return None
-    side: Literal["left", "right"] = "left" if np.any(starts == last) else "right"
-    inside = slice(np.searchsorted(times, first), np.searchsorted(times, last, side))
-    return np.clip(times[inside] - first, 0, last - first)
+        end = np.searchsorted(times, last, "left" if np.any(start_s == last) else "right")
+        inside = times[np.searchsorted(times, first) : end]
+        found.append(np.clip(inside - first, 0, last - first) if whole.any() else None)
+    return found

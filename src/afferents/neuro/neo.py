@@ -27,27 +27,21 @@ def to_neo(spikes: Spikes) -> Any:
     block = neo.Block(name="afferents")
     block.annotate(units=[str(unit) for unit in spikes.units.index])
     for t, trial in enumerate(spikes.trials.to_dict("records")):
-        about = {str(name): value for name, value in trial.items()}
         segment = neo.Segment(name=f"trial {t}", index=t)
-        segment.annotate(**about)
+        segment.annotate(**{str(name): value for name, value in trial.items()})
         for u in np.flatnonzero(spikes.recorded[t]):
             unit = spikes.units.iloc[int(u)]
-            segment.spiketrains.append(
-                neo.SpikeTrain(
-                    spikes.train(t, int(u)),
-                    units="s",
-                    t_start=0.0,
-                    t_stop=float(spikes.durations_s[t, u]),
-                    name=str(unit.name),
-                    **{key: _plain(unit[key]) for key in _UNIT},
-                )
-            )
+            about = {key: unit[key] for key in ("class", "receptive_field")}
+            about |= {"name": str(unit.name), "resolution_s": float(unit["resolution_s"])}
+            stop_s = float(spikes.durations_s[t, u])
+            train = neo.SpikeTrain(spikes.train(t, int(u)), units="s", t_stop=stop_s, **about)
+            segment.spiketrains.append(train)
         block.segments.append(segment)
     return block
 
 
 def from_neo(block: Any, where: object = "neo block") -> Spikes:
-    """Return the spikes of a `neo.Block`, ours or anybody's.
+    """Return the spikes of a `neo.Block`, ours or another program's.
 
     Parameters
     ----------
@@ -90,7 +84,3 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
     return Spikes.from_trains(
         trains, pd.DataFrame(list(units.values())), trials, where, durations_s
     )
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else value

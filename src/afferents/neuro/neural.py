@@ -1,7 +1,7 @@
-"""From an extracted store to the spikes of artificial afferents."""
+"""From an extracted store to the spikes of artificial afferents, and what is read from them."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,45 +10,25 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from afferents import files
 from afferents.choices import LARGEST_SEED, require_number, words_in
-from afferents.files import (
-    Place,
-    holds_only,
-    is_our_picture,
-    require_free,
-    write_aside,
-    write_json,
-)
-from afferents.neuro.beside import Beside, beside, some_of_each
-from afferents.neuro.decoding import (
-    WINDOW_S,
-    accuracy_by_resolution,
-    accuracy_by_units,
-    code_sentences,
-    require_conditions,
-    summary,
-)
-from afferents.neuro.exponent import accuracy_by_exponent, exponents
-from afferents.neuro.figures import (
-    accuracy_figure,
-    raster_figure,
-    slope_figure,
-    stretch_figure,
-)
+from afferents.files import Place
+from afferents.neuro import decoding, exponent, figures, matching, speed, summary
 from afferents.neuro.natural import read_spikes
-from afferents.neuro.speed import (
-    match_by_class,
-    match_sentences,
-    rate_slopes,
-    stretch_match,
-)
 from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
-from afferents.spikes.artificial import artificial_spikes, of_recordings
+from afferents.spikes.artificial import artificial_spikes, join_recordings
 from afferents.spikes.population import Spikes
 from afferents.store.zarr_store import open_responses, open_whole
 
+FACTS = "neural.json"
+TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
+"""Of the tables that are written, as CSV."""
+_COMPARED = ("beside_resolution", "beside_stretch", "natural_stretch", "natural_rates")
+"""Tables that are written as well where natural fibres are compared."""
+RASTER_UNITS, RASTER_S = 12, 0.5
+"""Of each class in the raster, and how long it is."""
 _MANY = 20
 """Recordings for which it pays to start other processes."""
 
@@ -81,82 +61,7 @@ def spikes_of_store(
     jobs = (([one], model, seed, classes, start_s, stop_s) for one in recordings)
     workers = None if len(recordings) >= _MANY else 1
     done = side_by_side_numbered(artificial_spikes, jobs, workers, progress.note)
-    return of_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
-
-
-# What the tables of spikes mean, in sentences.
-
-SILENT = 0.5
-"""Share of a class' units above which a recording counts as one that leaves it silent."""
-
-
-def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
-    """Return what was found, a sentence each: rates, codes, speed, and what stays silent."""
-    return [
-        *_rates(tables["rates"]),
-        *code_sentences(tables["resolution"]),
-        *_why_harder(tables["resolution"]),
-        *match_sentences(match_by_class(tables["stretch"]), "{class} trains"),
-        *_slopes(tables["slopes"]),
-        *_exponents(tables["exponents"]),
-    ]
-
-
-def _rates(rates: pd.DataFrame, who: str = "units") -> list[str]:
-    said = []
-    for name, some in rates.groupby("class", sort=False):
-        low, high = some["spikes_per_s"].quantile([0.1, 0.9])
-        said.append(
-            f"{name} {who} fire {some['spikes_per_s'].mean():.0f} spikes/s in the mean; of the "
-            f"recordings, the middle four fifths lie between {low:.0f} and {high:.0f}."
-        )
-        silent = some[some["silent"] > SILENT]
-        if len(silent):
-            where = [f"{row.texture}/{row.speed_mm_s:g}" for row in silent.itertuples()]
-            shown = ", ".join(where[:6]) + (f" and {len(where) - 6} more" if len(where) > 6 else "")
-            said.append(f"Most {name} {who} are silent in {shown} (texture/speed).")
-    return said
-
-
-def _why_harder(found: pd.DataFrame) -> list[str]:
-    """Say why what was learnt from may come out worse than what was not, where there are both."""
-    if not {"speeds", "windows"} <= set(found["across"]):
-        return []
-    return [
-        "A speed held out is learnt from whole trials at all others, a speed learnt from by part "
-        "of its own trials alone: with few speeds or short trials that may be harder."
-    ]
-
-
-def _slopes(slopes: pd.DataFrame) -> list[str]:
-    return [
-        f"{name} rates grow with speed to the power {some['slope'].mean():.2f}, with a standard "
-        f"deviation of {some['slope'].std():.2f} over units."
-        for name, some in slopes.groupby("class", sort=False)
-        if some["slope"].notna().sum() > 1
-    ]
-
-
-def _exponents(table: pd.DataFrame) -> list[str]:
-    right = accuracy_by_exponent(table)
-    if not right:
-        return []
-    chance = 100 / table["texture"].nunique()
-    return [
-        f"The spectral exponent of the vibration alone, one number, recognises "
-        f"{100 * summary(right)['accuracy']:.0f}% of the recordings at a speed not learnt from "
-        f"(chance {chance:.0f}%)."
-    ]
-
-
-# From a store to spikes, tables, figures, and what they mean in words.
-
-FACTS = "neural.json"
-TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
-"""Of the tables that are written, as CSV."""
-_BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch", "natural_rates")
-RASTER_UNITS, RASTER_S = 12, 0.5
-"""Of each class in the raster, and how long it is."""
+    return join_recordings(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
 
 
 @dataclass(frozen=True)
@@ -169,8 +74,8 @@ class NeuralResults:
         That everything was read from.
     tables
         By the names of `TABLES`.
-    sentences
-        What they mean.
+    summary
+        Three tables for people: rates, decoding, and stretching.
     pictures
         Files.
     facts
@@ -179,7 +84,7 @@ class NeuralResults:
 
     spikes: Spikes
     tables: dict[str, pd.DataFrame]
-    sentences: list[str]
+    summary: list[pd.DataFrame]
     pictures: list[Path]
     facts: dict[str, Any]
 
@@ -190,11 +95,11 @@ def neural(
     units: str = "izhikevich",
     seed: int = 0,
     classes: str | Sequence[str] = "SA,RA,PC",
-    window_s: float = WINDOW_S,
+    window_s: float = decoding.WINDOW_S,
     natural: Place | Spikes | None = None,
     quiet: bool = False,
 ) -> NeuralResults:
-    """Turn responses into spikes, and ask of them what is asked of nerve fibres.
+    """Turn responses into spikes, and analyse them as spikes of nerve fibres are analysed.
 
     How often units fire; at which temporal resolution, and from how many units, texture is read;
     how rates grow with speed; whether trains stretch with it.
@@ -222,7 +127,7 @@ def neural(
     Returns
     -------
     NeuralResults
-        `spikes`, `tables`, `sentences`, `pictures`.
+        `spikes`, `tables`, `summary`, `pictures`.
 
     Raises
     ------
@@ -239,42 +144,56 @@ def neural(
     require_number("--window-s", window_s, 0.01)
     store, out = Path(store), Path(out)
     # A user's tables may have such names, too: they are ours where our facts are.
-    ours = [f"{name}.csv" for name in TABLES + _BESIDE if (out / FACTS).is_file()]
-    require_free(out, holds_only(FACTS, *ours, or_ours=is_our_picture))
+    ours = [f"{name}.csv" for name in TABLES + _COMPARED if (out / FACTS).is_file()]
+    files.require_free(out, files.holds_only(FACTS, *ours, or_ours=files.is_our_picture))
     with Progress(quiet) as progress:
-        fibres, name = _natural(natural, progress)
+        fibres, name = _read_fibres(natural, progress)
         spikes = spikes_of_store(store, units, seed, words_in(classes), progress=progress)
-        require_conditions(spikes)
+        decoding.require_conditions(spikes)
         source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
-        of_fibres = _beside(spikes, fibres, window_s, seed, source, name)
-        tables = _tables(store, spikes, seed, window_s, progress) | of_fibres.tables
-    figures = {
-        "raster": raster_figure(_shown(spikes, seed), source),
-        "resolution": accuracy_figure(tables["resolution"], source),
-        "units": accuracy_figure(tables["units"], source),
-        "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
-        "slopes": slope_figure(tables["slopes"], source),
-        **of_fibres.figures,
+        found = matching.Comparison({}, {}, "", "")
+        if fibres is not None:
+            found = matching.compare(spikes, fibres, window_s, seed, f"{source}; {name}")
+            found.tables["natural_rates"] = rates_table(fibres)
+            grey = f"{name}; grey: not recorded"
+            found.figures["natural_raster"] = figures.raster_figure(_some(fibres, seed), grey)
+        tables = _make_tables(store, spikes, seed, window_s, progress) | found.tables
+    drawn = {
+        "raster": figures.raster_figure(_some(spikes, seed), source),
+        "resolution": figures.accuracy_figure(tables["resolution"], source),
+        "units": figures.accuracy_figure(tables["units"], source),
+        "stretch": figures.stretch_figure(speed.match_by_class(tables["stretch"]), source),
+        "slopes": figures.slope_figure(tables["slopes"], source),
+        **found.figures,
     }
-    sentences = [*sentences_of(tables), *of_fibres.sentences]
     counts = spikes.units["class"].value_counts().to_dict()
+    records = {
+        name: table.astype(object).where(table.notna(), None).to_dict("records")  # no NaN in JSON
+        for name, table in tables.items()
+        if name != "slopes"
+    }
     facts = {
         "store": store.name,
         "units": {"model": units, "seed": seed, "classes": counts},
-        "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
+        "tables": records,
     }
     out.mkdir(parents=True, exist_ok=True)
-    write_json(out / FACTS, facts)  # first: a run that is killed now can be begun again
-    for name in (*(f"{table}.csv" for table in _BESIDE), "beside.png", "natural_raster.png"):
+    files.write_json(out / FACTS, facts)  # first: a run that is killed now can be begun again
+    for name in (*(f"{table}.csv" for table in _COMPARED), "beside.png", "natural_raster.png"):
         (out / name).unlink(missing_ok=True)  # of an earlier run
     for name, table in tables.items():
-        with write_aside(out / f"{name}.csv") as written:
+        with files.write_aside(out / f"{name}.csv") as written:
             table.to_csv(written, index=False)
-    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
-    return NeuralResults(spikes, tables, sentences, pictures, facts)
+    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in drawn.items()]
+    shown = [
+        summary.summarise_rates(tables),
+        summary.summarise_decoding(tables, found.whole),
+        summary.summarise_stretching(tables, found.matched),
+    ]
+    return NeuralResults(spikes, tables, shown, pictures, facts)
 
 
-def _natural(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes | None, str]:
+def _read_fibres(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes | None, str]:
     """Return natural fibres and what they are called; note what is doubtful about them."""
     if natural is None or isinstance(natural, Spikes):
         return natural, "natural fibres"
@@ -286,41 +205,27 @@ def _natural(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes
     return fibres, str(natural)
 
 
-def _beside(
-    spikes: Spikes, fibres: Spikes | None, window_s: float, seed: int, source: str, natural: str
-) -> Beside:
-    """Return what fibres say, beside units and alone; nothing where there are none."""
-    if fibres is None:
-        return Beside({}, {}, [])
-    both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
-    rates = rates_table(fibres)
-    empty = f"{natural}; grey: not recorded"
-    return Beside(
-        both.tables | {"natural_rates": rates},
-        both.figures | {"natural_raster": raster_figure(_shown(fibres, seed), empty)},
-        [*_rates(rates, "fibres (natural)"), *both.sentences],
-    )
-
-
-def _tables(
+def _make_tables(
     store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
 ) -> dict[str, pd.DataFrame]:
     """Return all tables, a step of the bar each; the longest is begun first."""
     steps = {
-        "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
-        "exponents": partial(exponents, open_responses(store)),
-        "stretch": partial(stretch_match, spikes, seed=seed),
-        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
-        "slopes": partial(rate_slopes, spikes),
+        "units": partial(decoding.accuracy_by_units, spikes, window_s=window_s, seed=seed),
+        "exponents": partial(exponent.exponents, open_responses(store)),
+        "stretch": partial(speed.stretch_match, spikes, seed=seed),
+        "resolution": partial(
+            decoding.accuracy_by_resolution, spikes, window_s=window_s, seed=seed
+        ),
+        "slopes": partial(speed.rate_slopes, spikes),
         "rates": partial(rates_table, spikes),
     }
     workers = None if spikes.n_trials >= _MANY else 1
-    done = side_by_side(_table, steps.items(), workers, progress.note)
+    done = side_by_side(_make_table, steps.items(), workers, progress.note)
     found = dict(progress.track(done, "reading spikes", len(steps)))
     return {name: found[name] for name in TABLES}
 
 
-def _table(name: str, make: Callable[[], pd.DataFrame]) -> tuple[str, pd.DataFrame]:
+def _make_table(name: str, make: Callable[[], pd.DataFrame]) -> tuple[str, pd.DataFrame]:
     return name, make()
 
 
@@ -332,26 +237,22 @@ def rates_table(spikes: Spikes) -> pd.DataFrame:
     rates, rows = spikes.rates(), []
     for name in spikes.units["class"].unique():
         of_class = (spikes.units["class"] == name).to_numpy()
-        for (texture, speed), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
+        for (texture, speed_mm_s), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
             some = rates[np.ix_(trials.index, of_class)]
             if len(some := some[~np.isnan(some)]):
-                row = {"class": name, "texture": texture, "speed_mm_s": speed}
+                row = {"class": name, "texture": texture, "speed_mm_s": speed_mm_s}
                 rows.append({**row, "spikes_per_s": some.mean(), "silent": np.mean(some == 0)})
     return pd.DataFrame(rows)
 
 
-def _shown(spikes: Spikes, seed: int) -> Spikes:
+def _some(spikes: Spikes, seed: int) -> Spikes:
     """Return some units of each class, in the same half second of three trials of one speed."""
     speeds = np.unique(spikes.trials["speed_mm_s"])
     at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]
     trials = np.flatnonzero(at)
     trials = trials[np.linspace(0, len(trials) - 1, min(3, len(trials))).astype(int)]
-    shown = some_of_each(spikes, dict.fromkeys(spikes.units["class"].unique(), RASTER_UNITS), seed)
+    shown = matching.some_of_each(
+        spikes, dict.fromkeys(spikes.units["class"].unique(), RASTER_UNITS), seed
+    )
     length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
     return shown.select(trials=trials).window(0, length_s)
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return a table's rows for JSON, where there is no NaN."""
-    plain = table.astype(object).where(table.notna(), None)
-    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]

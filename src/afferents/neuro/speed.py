@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import percent_of, require_conditions, some_units, summary
+from afferents.neuro.decoding import mean_with_interval, require_conditions, some_units
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
@@ -21,7 +21,6 @@ RESOLUTION_S = 0.002
 SMOOTHING_MM = 0.3
 """Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
 
-_WHOSE = ("class", "population")
 _AT_ONCE = 16
 """Trials held against all others at a time: 220 at once would take most of a gigabyte."""
 
@@ -91,6 +90,8 @@ def stretch_match(
         If there are fewer than two textures or speeds, a speed is not known, or no unit fires.
     """
     speeds = require_conditions(spikes)
+    texture = spikes.trials["texture"].to_numpy(str)
+    speed = spikes.trials["speed_mm_s"].to_numpy(np.float64)
     rows = []
     for name in spikes.units["class"].unique():
         units = spikes.of_class(name)
@@ -98,13 +99,21 @@ def stretch_match(
             units = some_units(units, n_units, np.random.default_rng(seed))
         if not len(units.times):
             continue
+        recorded = units.recorded
         for first, second in permutations(speeds, 2):
-            compared = _compared(units, first, second)
-            if compared is None:
+            there = [
+                {t: recorded[(texture == t) & (speed == one)].any(axis=0) for t in set(texture)}
+                for one in (first, second)
+            ]
+            both = [t for t in there[0] if (there[0][t] & there[1][t]).any()]
+            if len(both) < 2:
                 continue
+            kept = np.isin(texture, both) & recorded.any(axis=1)
+            moved, still = (units.select(trials=kept & (speed == one)) for one in (first, second))
             given = {"class": name, "from_mm_s": first, "to_mm_s": second}
             for stretched in (True, False):
-                found = _match(*compared, first / second if stretched else 1.0, second, seconds)
+                factor = first / second if stretched else 1.0
+                found = _match(moved, still, factor, second, seconds)
                 rows.append({**given, "stretched": stretched, **found})
     if not rows:
         raise InputError("spikes: expected units that fire, on 2 textures at 2 speeds, found none")
@@ -121,52 +130,18 @@ def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
         means = some.groupby("to_mm_s")["accuracy"].mean()
         by_speed = dict(zip(means.index, means, strict=True))
         n = {key: int(some[key].max()) for key in ("n_textures", "n_units", "n_trains")}
-        found = {**summary(by_speed), "chance": float(some["chance"].mean()), **n}
+        found = {**mean_with_interval(by_speed), "chance": float(some["chance"].mean()), **n}
         rows.append({"class": name, "stretched": stretched, **found})
     return pd.DataFrame(rows)
-
-
-def match_sentences(matches: pd.DataFrame, who: str) -> list[str]:
-    """Return what stretching does to trains, a sentence a class and population.
-
-    Parameters
-    ----------
-    matches
-        As `match_by_class` returns them; with or without a column `population`.
-    who
-        What finds its texture, with columns in braces, such as ``{class} trains``.
-    """
-    said = []
-    for _, some in matches.groupby([name for name in _WHOSE if name in matches], sort=False):
-        moved, one = some["stretched"].astype(bool), some.iloc[0]
-        said.append(
-            f"{who.format(**one)} find their texture at another speed in "
-            f"{percent_of(some[moved])} of cases when stretched by the ratio of the speeds, in "
-            f"{percent_of(some[~moved])} as they are (chance {100 * one['chance']:.0f}%)."
-        )
-    return said
-
-
-def _compared(units: Spikes, first: float, second: float) -> tuple[Spikes, Spikes] | None:
-    """Return the trials at two speeds of the textures that a unit was recorded on at both."""
-    texture = units.trials["texture"].to_numpy(str)
-    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
-    there = [
-        {t: units.recorded[(texture == t) & (speed == v)].any(axis=0) for t in set(texture)}
-        for v in (first, second)
-    ]
-    both = [t for t in there[0] if (there[0][t] & there[1][t]).any()]
-    if len(both) < 2:
-        return None
-    kept = np.isin(texture, both) & units.recorded.any(axis=1)
-    moved, still = (units.select(trials=kept & (speed == v)) for v in (first, second))
-    return moved, still
 
 
 def _match(
     moved: Spikes, still: Spikes, factor: float, to_mm_s: float, seconds: float
 ) -> dict[str, float]:
-    """Return the share of textures that find themselves, and of how many."""
+    """Return the share of textures that find themselves, and of how many.
+
+    Likeness is the greatest correlation over shifts, summed over units.
+    """
     n_units = int((moved.recorded.any(axis=0) & still.recorded.any(axis=0)).sum())
     n_trains = int(moved.recorded.sum() + still.recorded.sum())
     moved = moved.stretched(factor)
@@ -174,9 +149,13 @@ def _match(
     n = max(int(min(*ends_s, seconds) / RESOLUTION_S), 2)
     sigma = SMOOTHING_MM / to_mm_s / RESOLUTION_S  # of bins
     shared = moved.recorded.astype(np.float64) @ still.recorded.T
+    first, second = _smoothed(moved, n, sigma), _smoothed(still, n, sigma).conj().transpose(2, 1, 0)
+    summed = []
+    for start in range(0, len(first), _AT_ONCE):
+        some = first[start : start + _AT_ONCE].transpose(2, 0, 1)
+        summed.append(np.fft.irfft(some @ second, axis=0).max(axis=0))
     likeness = pd.DataFrame(
-        _likeness(_smoothed(moved, n, sigma), _smoothed(still, n, sigma))
-        / np.sqrt(np.where(shared > 0, shared, np.nan)),
+        np.concatenate(summed) / np.sqrt(np.where(shared > 0, shared, np.nan)),
         moved.trials["texture"].to_numpy(str),
         still.trials["texture"].to_numpy(str),
     )
@@ -202,13 +181,3 @@ def _smoothed(spikes: Spikes, n: int, sigma: float) -> NDArray[np.complex128]:
     size = np.sqrt((np.abs(transformed) ** 2).sum(axis=-1, keepdims=True))
     scaled: NDArray[np.complex128] = transformed / np.where(size > 0, size, np.inf)
     return scaled
-
-
-def _likeness(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return (first, second): the greatest correlation over shifts, summed over units."""
-    by_frequency = second.conj().transpose(2, 1, 0)
-    rows = []
-    for start in range(0, len(first), _AT_ONCE):
-        some = first[start : start + _AT_ONCE].transpose(2, 0, 1)
-        rows.append(np.fft.irfft(some @ by_frequency, axis=0).max(axis=0))
-    return np.concatenate(rows)

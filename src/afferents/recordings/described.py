@@ -1,16 +1,19 @@
 """Data sets of time series that a file describes: `dataset.toml`, or one of the package's own."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
+from afferents.recordings.labels import read_labels, row_of
 from afferents.recordings.media import as_speed, left_out
 from afferents.recordings.series import (
+    JoinedFiles,
     SeriesFile,
     column_sentences,
     resampling_sentences,
@@ -84,7 +87,7 @@ class Described(DataSet):
         folders = self.form.files.folders
         for folder in (one for one in folders if not (look and "**" in one)):
             if found := sorted(self._matching_in(folder), key=lambda one: one[0]):
-                return found
+                return self._labelled(found)
         return []
 
     def scan(self) -> RecordingSet:
@@ -97,28 +100,76 @@ class Described(DataSet):
         if not found:
             raise self._nothing_matches()
         recordings, rate_hz = [], self.form.signal.rate_hz
-        for path, said in found:
-            series = SeriesFile(path, self.form.signal, rate_hz)
-            if rate_hz is None:
-                with suppress(InputError):
-                    rate_hz = series.sample_rate_hz
-            recordings.append(self._recording(series, said))
+        for said, paths in self._grouped(found):
+            parts = {}
+            for part, path in paths.items():
+                parts[part] = SeriesFile(path, self.form.signal, rate_hz)
+                if rate_hz is None:
+                    with suppress(InputError):
+                        rate_hz = parts[part].sample_rate_hz
+            whole = JoinedFiles(parts) if self.form.files.joined else parts[""]
+            recordings.append(self._recording(whole, said))
+        stems = {one.source.stem for one in recordings}
+        if self.description is not None and len(stems) == len(recordings):
+            recordings = [replace(one, name=one.source.stem) for one in recordings]
         self._require_distinct(recordings)
         require_distinct(self.path, (one.texture for one in recordings), ())
         return RecordingSet(self.root, tuple(recordings))
 
     def describe(self, session: RecordingSet) -> list[str]:
         """Say what the clock rests on, and which columns are channels where none is named."""
-        files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
+        files = [
+            file
+            for one in session.recordings
+            if isinstance(one.audio, SeriesFile | JoinedFiles)
+            for file in one.audio.files
+        ]
         clocks = resampling_sentences(files) or unchecked_sentences(files)
         return [*clocks, *column_sentences(files), *self.left_out(session)]
 
     def left_out(self, session: RecordingSet) -> list[str]:
         """Say which files, of the endings of those that are read, are not read."""
         taken, files = [path for one in session.recordings for path in one.files], self.form.files
+        endings = {path.suffix.lower() for path in taken}
         where = "" if files.folders == (".",) else f" in {' or '.join(files.folders)}"
         why = f"not of '{files.pattern or files.regex}'{where}"
-        return left_out(self.root, taken, {path.suffix.lower() for path in taken}, why)
+        if files.labels:
+            why += f", or without a row in {files.labels.file}"
+            taken.append(self.root / files.labels.file)
+        return left_out(self.root, taken, endings, why)
+
+    def _grouped(
+        self, found: Sequence[tuple[Path, Mapping[str, str]]]
+    ) -> list[tuple[Mapping[str, str], dict[str, Path]]]:
+        """Return what is known of each recording, and its files by part: one, called nothing.
+
+        Raises
+        ------
+        InputError
+            If files of a recording are missing that others have, or two are the same part.
+        """
+        joined = self.form.files.joined
+        if not joined:
+            return [(said, {"": path}) for path, said in found]
+        groups: dict[tuple[tuple[str, str], ...], dict[str, Path]] = {}
+        for path, said in found:
+            rest = tuple((name, text) for name, text in said.items() if name != joined)
+            parts = groups.setdefault(rest, {})
+            if other := parts.get(said[joined]):
+                raise InputError(
+                    f"{self.path}: expected files that their names tell apart, found {other.name} "
+                    f"and {path.name}; name what differs in the pattern, such as {{trial}}"
+                )
+            parts[said[joined]] = path
+        wanted = {part for parts in groups.values() for part in parts}
+        for parts in groups.values():
+            if missing := sorted(wanted - set(parts)):
+                first = next(iter(parts.values()))
+                raise InputError(
+                    f"{first}: expected a file of each {joined} ({', '.join(sorted(wanted))}), "
+                    f"found none of '{missing[0]}'; add it, or leave the others out of the pattern"
+                )
+        return [(dict(rest), dict(sorted(parts.items()))) for rest, parts in groups.items()]
 
     def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
         """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""
@@ -132,6 +183,33 @@ class Described(DataSet):
                 if said is not None and path.is_file():
                     yield path, said
 
+    def _labelled(
+        self, found: Sequence[tuple[Path, Mapping[str, str]]]
+    ) -> list[tuple[Path, Mapping[str, str]]]:
+        """Return the files that have a row in the file of labels, with what that says of each."""
+        if (labels := self.form.files.labels) is None:
+            return list(found)
+        path = self.root / labels.file
+        rows = read_labels(path, labels)
+        named = [(row_of(file.relative_to(self.root).as_posix(), rows), file) for file, _ in found]
+        taken: dict[str, Path] = {}
+        kept: list[tuple[Path, Mapping[str, str]]] = []
+        for (name, file), (_, said) in zip(named, found, strict=True):
+            if name is None:
+                continue
+            if (other := taken.setdefault(name, file)) is not file:
+                raise InputError(
+                    f"{path}: expected a row a file, found '{name}', which {other} and {file} are "
+                    "called; write more of their paths"
+                )
+            kept.append((file, {**said, **rows[name]}))
+        if not kept:
+            raise InputError(
+                f"{path}: expected rows of the files in {self.root}, such as {found[0][0].name}, "
+                f"found others, such as {next(iter(rows))}"
+            )
+        return kept
+
     def _nothing_matches(self) -> InputError:
         files = self.form.files
         there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
@@ -140,7 +218,7 @@ class Described(DataSet):
         wanted = files.pattern or files.regex
         return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
-    def _recording(self, series: SeriesFile, values: Mapping[str, str]) -> Recording:
+    def _recording(self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]) -> Recording:
         files, said = self.form.files, {k: as_label(text) for k, text in values.items()}
         for name, words in files.words.items():
             said[name] = words.get(said[name], said[name])
@@ -150,7 +228,7 @@ class Described(DataSet):
         texture = files.texture or said.pop("texture")
         inner = series.path.relative_to(self.root).with_suffix("")
         return Recording(
-            name=series.path.stem if self.description is not None else inner.as_posix(),
+            name=inner.as_posix(),
             texture=texture,
             speed_mm_s=speed,
             source=series.path,
@@ -185,7 +263,7 @@ class Described(DataSet):
                 )
 
 
-def _steady(series: SeriesFile, signal: Signal) -> tuple[float, float] | None:
+def _steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, float] | None:
     """Return the part of constant speed; None where a file can't be read, as reading it says."""
     if signal.steady_s is None:
         return None

@@ -172,7 +172,7 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
 
 # A first `dataset.toml` for a folder of tables, guessed from names and from one file.
 
-TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5"})
+TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5", ".mat"})
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
 _TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")

@@ -184,6 +184,11 @@ class SeriesFile:
     signal: Signal
     expected_hz: float | None = None
 
+    @property
+    def files(self) -> tuple["SeriesFile", ...]:
+        """Itself, as of a recording of one file."""
+        return (self,)
+
     @cached_property
     def _known(self) -> tuple[int, int, Rows | None]:
         table, rows = self._table()
@@ -372,6 +377,71 @@ class SeriesFile:
             f"{self.path}: expected {expected}, found {found_hz:g} Hz{over}; correct [signal], "
             "say resample_hz there if rows come unevenly, or describe files of another rate as "
             "another data set"
+        )
+
+
+@dataclass(frozen=True)
+class JoinedFiles:
+    """The files of one recording, side by side: channels are called after each file's part.
+
+    Implements `afferents.store.recording.Vibration`.
+
+    Parameters
+    ----------
+    parts
+        The files by what their names call them, such as ``x``.
+    """
+
+    parts: Mapping[str, SeriesFile]
+
+    @property
+    def files(self) -> tuple[SeriesFile, ...]:
+        """The files, in the order of their parts' names."""
+        return tuple(self.parts.values())
+
+    @property
+    def path(self) -> Path:
+        """The first file."""
+        return self.files[0].path
+
+    @cached_property
+    def n_samples(self) -> int:
+        """Samples in each channel; reads the files, which must be about equally long."""
+        lengths = {file.path.name: file.n_samples for file in self.files}
+        least, most = min(lengths.values()), max(lengths.values())
+        if most - least > max(1, _AGREES * most):
+            found = " and ".join(f"{n} in {name}" for name, n in lengths.items())
+            raise InputError(
+                f"{self.path}: expected files of one recording to have as many rows, found {found}"
+            )
+        return least
+
+    @property
+    def n_channels(self) -> int:
+        """Channels of all files."""
+        return sum(file.n_channels for file in self.files)
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Sample rate, Hz."""
+        return self.files[0].sample_rate_hz
+
+    def read(self) -> xr.DataArray:
+        """Read all channels, as `SeriesFile.read`; what some files have at the end is left out."""
+        n = self.n_samples
+        read = {part: file.read() for part, file in self.parts.items()}
+        named = [
+            one.isel({dims.AUDIO_TIME: slice(n)}).assign_coords(
+                {
+                    dims.CHANNEL: [part]
+                    if one.sizes[dims.CHANNEL] == 1
+                    else [f"{part} {name}" for name in one[dims.CHANNEL].values]
+                }
+            )
+            for part, one in read.items()
+        ]
+        return xr.concat(named, dims.CHANNEL, combine_attrs="override").transpose(
+            dims.AUDIO_TIME, dims.CHANNEL
         )
 
 

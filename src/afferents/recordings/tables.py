@@ -6,7 +6,7 @@ import fnmatch
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice, product
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -37,6 +37,37 @@ _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
 _OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
 
+class Labels(StrictForm):
+    """A file that says what files of data hold, a row each: a CSV, or JSON.
+
+    JSON is a list of objects, or an object by file, of objects or of textures alone.
+
+    Attributes
+    ----------
+    file
+        Its path from the description on.
+    name
+        Column, or key, of the data's file: a path as `Files` looks for it, with or without its
+        ending.
+    texture, speed
+        Columns of texture and speed; empty where names of files say them.
+    conditions
+        Columns that are conditions.
+    """
+
+    file: str = Field(min_length=1)
+    name: str = "file"
+    texture: str = "texture"
+    speed: str = ""
+    conditions: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """The column of each thing that it says, by what that is: texture, speed, a condition."""
+        columns = {"texture": self.texture, "speed": self.speed, **{c: c for c in self.conditions}}
+        return {name: column for name, column in columns.items() if column}
+
+
 class Files(StrictForm):
     """Which files are recordings, and what their names say.
 
@@ -58,6 +89,11 @@ class Files(StrictForm):
         Of the speed in names, and what the number there is multiplied with to be in that unit.
     words
         What texts in names stand for, by placeholder.
+    labels
+        A file next to them that says what names don't.
+    joined
+        Placeholder whose values name the files of one recording, such as ``axis`` of x, y and z:
+        files that differ in nothing else are read side by side.
     """
 
     folders: tuple[str, ...] = Field(default=(".",), min_length=1)
@@ -68,6 +104,8 @@ class Files(StrictForm):
     speed_unit: Literal["mm/s", "cm/s", "m/s", "mm/min"] = "mm/s"
     speed_scale: PositiveFloat = 1.0
     words: dict[str, dict[str, str]] = Field(default_factory=dict)
+    labels: Labels | None = None
+    joined: str = ""
 
     @property
     def names(self) -> Collection[str]:
@@ -116,11 +154,21 @@ class Files(StrictForm):
             raise ValueError(f"no pattern: {error}") from None
         except InputError as error:
             raise ValueError(str(error).partition(": expected ")[2]) from None
-        if ("texture" in names) == bool(self.texture):
-            raise ValueError("texture must be in the pattern, or texture be given, not both")
-        if "speed" in names and self.speed_mm_s:
-            raise ValueError("speed must be in the pattern, or speed_mm_s be given, not both")
-        if unknown := sorted(set(self.words) - set(names)):
+        labelled = set() if self.labels is None else set(self.labels.columns)
+        if twice := sorted(labelled & set(names)):
+            raise ValueError(f"{twice[0]} must be in the pattern or in labels, not both")
+        said = labelled | set(names)
+        if ("texture" in said) == bool(self.texture):
+            raise ValueError(
+                "texture must be in the pattern or in labels, or texture be given, not both"
+            )
+        if "speed" in said and self.speed_mm_s:
+            raise ValueError(
+                "speed must be in the pattern or in labels, or speed_mm_s be given, not both"
+            )
+        if self.joined and self.joined not in names:
+            raise ValueError(f"joined names '{self.joined}', which is not in the pattern")
+        if unknown := sorted(set(self.words) - said):
             raise ValueError(f"words of '{unknown[0]}', which is not in the pattern")
         return self
 
@@ -135,10 +183,14 @@ class Signal(StrictForm):
     channels
         Columns that are channels, by name (``taxel*`` for several) or number from 0; all but the
         time, if not given. What stands in other columns is not looked at.
+    packed
+        In place of `channels`: for each channel the columns that hold its samples one after the
+        other, ``pac*`` for the 22 of a row. Rates and times are then those of samples.
     columns
         All columns of a CSV in their order, where another header is to be refused.
     arrays
-        Of NPZ and HDF5 files, those that are read; all if not given.
+        Of NPZ, HDF5 and MATLAB files, those that are read; all if not given. ``trial/pac0`` is a
+        dataset in a group, or a field of a struct.
     header, separator, decimal
         Of a CSV: whether its first line names columns, what stands between fields, and in numbers.
     sample_rate_hz, period_ms
@@ -167,8 +219,11 @@ class Signal(StrictForm):
         the end. 2.5 s are cut off each end if not given.
     """
 
-    format: Literal["csv", "parquet", "npy", "npz", "wav", "flac", "h5", "hdf5"] | None = None
+    format: Literal["csv", "parquet", "npy", "npz", "wav", "flac", "h5", "hdf5", "mat"] | None = (
+        None
+    )
     channels: tuple[str | int, ...] = ()
+    packed: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     arrays: tuple[str, ...] = ()
     header: bool = True
@@ -202,6 +257,8 @@ class Signal(StrictForm):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
+        if self.channels and self.packed:
+            raise ValueError("channels or packed, not both")
         if self.sample_rate_hz and self.period_ms:
             raise ValueError("sample_rate_hz or period_ms, not both")
         if self.decimal == self.separator:
@@ -317,7 +374,8 @@ def read_table(path: Path, signal: Signal) -> Table:
     """
     table = read_columns(path, signal)
     times = [] if signal.time is None else _named(path, table, signal.time)[:1]
-    names = [name for wanted in signal.channels for name in _named(path, table, wanted)]
+    packed = [_named(path, table, wanted) for wanted in signal.packed]
+    names = [n for wanted in signal.channels or signal.packed for n in _named(path, table, wanted)]
     names = names or [name for name in table.columns if name not in times]
     if twice := [name for name, n in Counter(names).items() if n > 1]:
         raise InputError(f"{path}: expected each channel once, found '{twice[0]}' twice")
@@ -333,7 +391,28 @@ def read_table(path: Path, signal: Signal) -> Table:
             "read in [signal] channels"
         )
     time = values[:, -1] if times else None
-    return table._replace(columns=tuple(names), values=values[:, : len(names)], time=time)
+    table = table._replace(columns=tuple(names), values=values[:, : len(names)], time=time)
+    return _unpack(path, table, signal.packed, packed) if packed else table
+
+
+def _unpack(
+    path: Path, table: Table, channels: Sequence[str], packed: Sequence[Sequence[str]]
+) -> Table:
+    """Return a table with a row a sample, of rows that hold several of each channel."""
+    n = len(packed[0])
+    if other := next((columns for columns in packed if len(columns) != n), None):
+        raise InputError(
+            f"{path}: expected as many columns in each of [signal] packed, found {n} and "
+            f"{len(other)}"
+        )
+    rows = len(table.values)
+    values = table.values.reshape(rows, len(packed), n).swapaxes(1, 2).reshape(-1, len(packed))
+    time = table.time
+    if time is not None:  # of the first sample of each row; the last row lasts as the one before
+        last = time[-1] + (time[-1] - time[-2] if rows > 1 else 0)
+        time = np.interp(np.arange(rows * n) / n, np.arange(rows + 1), np.append(time, last))
+    names = tuple(name.rstrip("*") or name for name in channels)
+    return table._replace(columns=names, values=values, place=np.repeat(table.place, n), time=time)
 
 
 def _named(path: Path, table: Table, wanted: str | int) -> Sequence[str]:
@@ -385,6 +464,29 @@ def _csv(path: Path, signal: Signal) -> Table:
         raise _fault(path, signal, names, ())
     values = frame.to_numpy(np.float64)
     return Table(tuple(names), values, np.arange(len(values)) + first, "line")
+
+
+def read_texts(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the number of each line of a CSV, and its fields as texts by name of the column.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, or a line has more or fewer fields than names.
+    """
+    with reading(path, "a readable CSV file"), _open_text(path) as file:
+        first = file.readline()
+        separator = max(",;\t", key=first.count)
+        names = _fields(first, separator)
+        for number, line in enumerate(file, start=2):
+            if not line.strip():
+                continue
+            fields = _fields(line, separator)
+            if len(fields) != len(names):
+                raise InputError(
+                    f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
+                )
+            yield number, dict(zip(names, fields, strict=True))
 
 
 def _open_text(path: Path) -> io.TextIOWrapper:
@@ -503,13 +605,42 @@ def _numpy(path: Path, signal: Signal) -> Table:
         return _columns(path, _joined(path, ((key, found[key]) for key in wanted)))
 
 
-def _hdf5(path: Path, signal: Signal) -> Table:
+def _hdf5(path: Path, signal: Signal, matlab: bool = False) -> Table:
     h5py = import_extra("hdf5", str(path), "h5py")
     with h5py.File(path, "r") as file:
         names: list[str] = []
         file.visititems(lambda name, one: names.append(name) if hasattr(one, "shape") else None)
         wanted = _wanted(path, names, signal)
-        return _columns(path, _joined(path, ((key, file[key][()]) for key in wanted)))
+        arrays = {key: np.asarray(file[key][()]) for key in wanted}
+    if matlab:
+        arrays = {key: array.T.squeeze() for key, array in arrays.items()}
+    return _columns(path, _joined(path, arrays.items()))
+
+
+def _matlab(path: Path, signal: Signal) -> Table:
+    """Read a MATLAB file: of version 7.3, which is HDF5, with h5py, else with SciPy."""
+    from scipy.io import loadmat
+
+    try:
+        found = loadmat(path, simplify_cells=True, appendmat=False)
+    except NotImplementedError:  # version 7.3, which keeps arrays the other way round
+        return _hdf5(path, signal, matlab=True)
+    there = _flatten({name: one for name, one in found.items() if not name.startswith("__")})
+    wanted = _wanted(path, list(there), signal)
+    if not signal.arrays:  # the texts and single numbers of a struct are no columns
+        wanted = [name for name in wanted if np.ndim(there[name])]
+    return _columns(path, _joined(path, ((key, there[key]) for key in wanted)))
+
+
+def _flatten(group: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return the arrays of structs in structs, named by their path."""
+    there: dict[str, Any] = {}
+    for name, one in group.items():
+        if isinstance(one, Mapping):
+            there |= _flatten(one, f"{above}{name}/")
+        else:
+            there[above + name] = one
+    return there
 
 
 def _sound(path: Path, signal: Signal) -> Table:
@@ -577,5 +708,6 @@ FORMATS: dict[str, Reader] = {
     "flac": _sound,
     "h5": _hdf5,
     "hdf5": _hdf5,
+    "mat": _matlab,
 }
 """By suffix."""

@@ -23,9 +23,9 @@ from scipy.special import logsumexp
 from afferents import dims
 from afferents.channels import channel_of
 from afferents.choices import Cut
-from afferents.encodings.base import ImageEncoding
+from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
-from afferents.encodings.settings import encoding_of
+from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, Source, has, kept_part, make_response, open_data
 from afferents.evaluation.train import describe_sensor
@@ -33,7 +33,8 @@ from afferents.files import Place, holds_only, is_our_picture, require_free, wri
 from afferents.folds.held_out import Group, Split, order
 from afferents.markers.places import images_of
 from afferents.models.card import Card, require_unit
-from afferents.models.folder import Deployed, load_model
+from afferents.models.deployed import Deployed
+from afferents.models.folder import load_model
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.labels import texture_labels
@@ -422,7 +423,7 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
         )
     unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
     recordings = unseen or known
-    source = Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
+    source = Source(channel_of(card.channel), read_encoding(card.encoding, "the model's card"))
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.encodings.samples import textures_of
+from afferents.encodings.samples import list_textures
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.errors import InputError, then
 from afferents.evaluation import metrics
@@ -355,7 +355,7 @@ def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
     by_spacing = bool(data.attrs.get(dims.NAMED_BY_SPACING))
     return [
         (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
-        for name, label in texture_labels(textures_of(data), by_spacing).items()
+        for name, label in texture_labels(list_textures(data), by_spacing).items()
     ]
 
 

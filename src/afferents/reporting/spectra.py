@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from afferents import dims
 from afferents.choices import Figures
 from afferents.encodings.augment import stretch_spectrum
-from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.samples import Samples, list_textures
 from afferents.folds.held_out import key_of
 from afferents.reporting.choice import (
     Shown,
@@ -105,7 +105,7 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     -------
     None where no texture has a speed together with its half and its double.
     """
-    names = texture_names(textures_of(spectra), bool(spectra.attrs.get(dims.NAMED_BY_SPACING)))
+    names = texture_names(list_textures(spectra), bool(spectra.attrs.get(dims.NAMED_BY_SPACING)))
     # Of many recordings, looking for each in all samples would take longer than all the rest.
     recorded = recorded_in(spectra)
     candidates = [

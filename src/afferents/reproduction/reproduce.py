@@ -25,7 +25,7 @@ from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
 from afferents.markers.sensor import sensor_in
-from afferents.models.model import BEST, models_in, names_in
+from afferents.models.model import BEST, choose_models, list_names
 from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
 from afferents.recordings.data_sets import read_session
@@ -184,7 +184,9 @@ def _require_known(options: EvaluationOptions) -> None:
     InputError
         Naming what is wrong.
     """
-    own = (type(m.encoding) for m in models_in(options.models) if isinstance(m.encoding, Encoding))
+    own = (
+        type(m.encoding) for m in choose_models(options.models) if isinstance(m.encoding, Encoding)
+    )
     known = {name for kind in (*ENCODINGS.values(), *own) for name in kind.model_fields}
     for name in options.encoding:
         if name not in known:
@@ -245,8 +247,8 @@ def _to_do(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
     # Arcs are asked of no recording: the drum's way is not extracted yet.
     groups = options.by.groups_of(asked if options.by.whole else [])
     options.by.require(options.held_out, groups, "--held-out")
-    models: list[tuple[str, ...]] = [(model.name,) for model in models_in(options.models)]
-    if "best" in names_in(options.models) or not models:
+    models: list[tuple[str, ...]] = [(model.name,) for model in choose_models(options.models)]
+    if "best" in list_names(options.models) or not models:
         models.append(BEST)  # which of them, the responses tell
     trainings = sum(
         not any(

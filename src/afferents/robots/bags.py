@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import soundfile
+import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
@@ -26,7 +27,7 @@ from afferents.store.responses import Responses
 from afferents.version import __version__
 
 ABOUT = "export.json"
-"""Beside the bags: what was exported."""
+"""Next to the bags: what was exported."""
 CAMERA, MARKERS = "/camera/image/compressed", "/camera/markers"
 SOUND, VIBRATION, PREDICTION = "/microphone", "/touch/ra2", "/touch/percept"
 DRUM_POSITION, DRUM_SPEED = "/drum/position_mm", "/drum/speed_mm_s"
@@ -55,14 +56,14 @@ def export_mcap(
     out
         Folder to write; in it a bag for each recording.
     store
-        Store that was extracted from the session: its markers and responses are written beside the
-        pictures.
+        Store that was extracted from the session: its markers and responses are written as
+        well.
     recordings
         Name of a recording, such as 4/60 (default: all); may be repeated.
     quality
         Of JPEGs, 1 to 100, where the camera gave none; its own are kept byte for byte.
     percepts
-        File with what 'live --json' said of the one recording that is named.
+        File with what 'live --json' printed for the one recording that is named.
     quiet
         No progress bars; plain lines on stderr.
 
@@ -91,14 +92,14 @@ def export_mcap(
     if percepts is not None and len(found) != 1:
         expected = "one recording, named with --recording"
         raise InputError(f"--percepts: expected {expected}, found {len(found)}")
-    said = [] if percepts is None else _lines(Path(percepts))
+    lines = [] if percepts is None else _read_lines(Path(percepts))
     make, folders = Messages(types), safe_names(found)
-    predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in said]
+    predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in lines]
     with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
         partial.mkdir(parents=True)
         for name, one in progress.track(found.items(), "exporting", len(found)):
-            messages = [*_messages(make, one, quality), predictions]
-            _write(partial / folders[name], types, messages, name)
+            messages = [*_list_messages(make, one, quality), predictions]
+            write_bag(partial / folders[name], types, messages, name)
         write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
     return [out / folder for folder in folders.values()]
 
@@ -112,7 +113,7 @@ class Stamped(NamedTuple):
     data: bytes
 
 
-def _write(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: str) -> None:
+def write_bag(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: str) -> None:
     """Write a bag; its messages in order of time."""
     bag = Bag(path, types, {"recording": name, "version": __version__})
     with bag.writer:
@@ -120,63 +121,59 @@ def _write(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], name: 
             bag.put(*message)
 
 
-def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Stamped]]:
+def _list_messages(make: Messages, source: Source, quality: int) -> list[Iterator[Stamped]]:
     """Return what there is of a recording, each in order of time."""
     recording, responses = source
     found: list[Iterator[Stamped]] = []
     if recording is not None and recording.video is not None:
+        pictures = jpegs(recording.video, quality)
         found.append(
-            Stamped(at_ns, CAMERA, *make.picture(at_ns, data))
-            for at_ns, data in ((_ns(at_s), data) for at_s, data in jpegs(recording.video, quality))
+            Stamped(_ns(at_s), CAMERA, *make.picture(_ns(at_s), data)) for at_s, data in pictures
         )
     if recording is not None and recording.audio is not None:
-        found.append(_sound_of_file(make, recording.audio))
-    found.append(_drum(make, source.drum_path()))
-    if responses is not None:
-        found.append(_markers(make, responses))
-        if recording is None:
-            found.append(_sound_of_store(make, responses))
+        found.append(sound_messages(make, recording.audio))
+    if (way := source.drum_path()) is not None:
+        found.append(drum_messages(make, way))
+    if responses is not None and dims.POSITION in responses:
+        found.append(_marker_messages(make, responses))
+    if responses is not None and dims.RA2 in responses and recording is None:
+        found.append(_stored_sound_messages(make, responses[dims.RA2]))
     return found
 
 
-def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
+def sound_messages(make: Messages, audio: Vibration) -> Iterator[Stamped]:
     """Yield all channels of a sound file in blocks of a tenth of a second."""
     with reading_sound(audio.path), soundfile.SoundFile(sound_name(audio.path)) as file:
         rate_hz, first = file.samplerate, 0
         size = max(1, round(_BLOCK_S * rate_hz))
         for samples in file.blocks(size, dtype="float32", always_2d=True):
-            yield _sound(make, first, samples, rate_hz)
+            yield _make_sound(make, first, samples, rate_hz)
             first += len(samples)
 
 
-def _sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:
-    """Yield the vibration of a store: as sound if it is some, else as numbers."""
-    if dims.RA2 not in responses:
-        return
-    vibration = responses[dims.RA2]
+def _stored_sound_messages(make: Messages, vibration: xr.DataArray) -> Iterator[Stamped]:
+    """Yield the vibration of a store: as sound where it is sound, else as numbers."""
     rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
     is_sound = vibration.attrs.get(dims.UNITS) == "full scale" and rate_hz == round(rate_hz)
     size = max(1, round(_BLOCK_S * rate_hz))
     for first in range(0, len(vibration), size):
         values = vibration[first : first + size].values
         if is_sound:
-            yield _sound(make, first, values, round(rate_hz))
+            yield _make_sound(make, first, values, round(rate_hz))
         else:
             numbers = make.numbers(values, (dims.AUDIO_TIME, dims.CHANNEL))
             yield Stamped(_ns(first / rate_hz), VIBRATION, *numbers)
 
 
-def _sound(make: Messages, first: int, samples: NDArray[np.float32], rate_hz: int) -> Stamped:
+def _make_sound(make: Messages, first: int, samples: NDArray[np.float32], rate_hz: int) -> Stamped:
     """Return a block of sound as 16-bit samples: those of a 16-bit file are what they were."""
     at_ns, limits = first * NS // rate_hz, np.iinfo(np.int16)
     whole = np.clip(np.rint(samples * 2.0**15), limits.min, limits.max).astype(np.int16)
     return Stamped(at_ns, SOUND, *make.sound(at_ns, whole, rate_hz))
 
 
-def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
+def _marker_messages(make: Messages, responses: Responses) -> Iterator[Stamped]:
     """Yield where the markers are, SA-I and RA-I of each frame."""
-    if dims.POSITION not in responses:
-        return
     names = [name for name in (dims.SA1, dims.RA1) if name in responses]
     values = {name: responses[name].values for name in names}
     position = responses[dims.POSITION].values
@@ -188,10 +185,8 @@ def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
             yield Stamped(at_ns, f"/touch/{name}", *make.numbers(value[n], (dims.MARKER,)))
 
 
-def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
-    """Yield the way of the drum's surface, mm, and its speed, mm/s; None where nobody logged it."""
-    if way is None:
-        return
+def drum_messages(make: Messages, way: DrumPath) -> Iterator[Stamped]:
+    """Yield the way of the drum's surface, mm, and its speed, mm/s."""
     speed = np.gradient(way.position_mm, way.time_s)
     for at_s, position, at_speed in zip(way.time_s, way.position_mm, speed, strict=True):
         at_ns = _ns(at_s)
@@ -199,13 +194,13 @@ def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
         yield Stamped(at_ns, DRUM_SPEED, *make.make(NUMBER, data=float(at_speed)))
 
 
-def _lines(path: Path) -> list[tuple[int, str]]:
+def _read_lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that ``live --json`` wrote, in order of time, and the time of each, ns."""
     what = "lines that 'afferents live --json' wrote"
     with reading(path, what, OSError, ValueError, TypeError):
         lines = path.read_text(encoding="utf-8").splitlines()
-        said = [(json.loads(line), line) for line in lines if line.strip()]
-        timed = sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
+        parsed = [(json.loads(line), line) for line in lines if line.strip()]
+        timed = sorted((_ns(one["time_s"]), line) for one, line in parsed if "time_s" in one)
     if not timed:
         raise InputError(f"{path}: expected {what}, found none with a time_s")
     return timed

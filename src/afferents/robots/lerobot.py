@@ -54,7 +54,7 @@ _OFF_RATE = 0.01
 _CODEC = {"crf": "18", "preset": "veryfast", "g": "2"}
 """Every second frame can be decoded by itself: LeRobot reads single frames at random."""
 _SEEN = 100
-"""So many pictures of an episode are looked at for statistics, evenly spread."""
+"""Pictures of an episode that statistics are made of, evenly spread."""
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
 Stats = dict[str, NDArray[Any]]
@@ -105,15 +105,14 @@ def export_lerobot(
     ]
     if not recordings:
         raise InputError(f"{store}: expected recordings with markers, found none")
-    videos = {} if session is None else _videos(Path(session), recordings)
-    fps = _frame_rate(store, recordings)
-    _require_one_shape(store, recordings)
+    videos = {} if session is None else _find_videos(Path(session), recordings)
+    fps = _require_alike(store, recordings)
     tasks = sorted({_task(one) for one in recordings})
     with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
         written = _DataSet(partial, fps, tasks)
         for responses in progress.track(recordings, "exporting", len(recordings)):
             written.add_episode(responses, videos.get(str(responses.attrs["name"])))
-        written.add_meta(_described(recordings[0], fps, next(iter(videos.values()), None)))
+        written.add_meta(_describe_features(recordings[0], fps, next(iter(videos.values()), None)))
     return len(recordings)
 
 
@@ -156,7 +155,7 @@ class _DataSet:
             "task_index": np.full(n, self.tasks.index(_task(responses))),
         }
         _write_table(self.root / DATA.format(**place), frames)
-        stats = {name: stats_of(values) for name, values in frames.items()}
+        stats = {name: compute_stats(values) for name, values in frames.items()}
         row = {
             "episode_index": number,
             "tasks": [_task(responses)],
@@ -179,7 +178,7 @@ class _DataSet:
         self.stats.append(stats)
 
     def add_meta(self, features: dict[str, Any]) -> None:
-        """Write what is known of all episodes, which are there; see `_described`."""
+        """Write what is known of all episodes, which are there; see `_describe_features`."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -188,7 +187,7 @@ class _DataSet:
         pq.write_table(pa.Table.from_pylist(self.rows), episodes.absolute())
         named = pd.DataFrame({"task_index": range(n_tasks)}, pd.Index(self.tasks, name="task"))
         named.to_parquet((self.root / TASKS).absolute())
-        whole = {name: together([one[name] for one in self.stats]) for name in self.stats[0]}
+        whole = {name: merge_stats([one[name] for one in self.stats]) for name in self.stats[0]}
         info = {
             "codebase_version": VERSION,
             "robot_type": "tactile_fingertip",
@@ -204,8 +203,8 @@ class _DataSet:
             "video_path": VIDEO if CAMERA in features else None,
             "features": features,
         }
-        said = {name: {s: v.tolist() for s, v in one.items()} for name, one in whole.items()}
-        for path, content in ((STATS, said), (INFO, info)):
+        stats = {name: {s: v.tolist() for s, v in one.items()} for name, one in whole.items()}
+        for path, content in ((STATS, stats), (INFO, info)):
             (self.root / path).write_text(json.dumps(content, indent=4))
 
 
@@ -238,23 +237,18 @@ def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
     if (speed := speed_of(responses)) is not None:
         found[STATE] = _Feature(np.full((n, 1), speed), ["speed_mm_s"])
     if dims.RA2 in responses:
-        sound = _sound(responses, fps)
+        rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
+        size = max(1, round(rate_hz / fps))  # from each frame until the next
+        # silence stands for what follows the end
+        padded = np.pad(responses[dims.RA2].values, ((0, size), (0, 0)))
+        begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
+        windows = sliding_window_view(padded, size, axis=0)[np.clip(begins, 0, len(padded) - size)]
+        sound = windows.swapaxes(1, 2).reshape(n, -1)  # (frame, sample x channel)
         found[RA2] = _Feature(sound, [f"sample_{k:04d}" for k in range(sound.shape[1])])
     floats = {
         name: _Feature(values.astype(np.float32), names) for name, (values, names) in found.items()
     }
     return {**floats, DETECTED: _Feature(seen, markers)}
-
-
-def _sound(responses: Responses, fps: int) -> NDArray[np.float32]:
-    """Return the vibration from each frame until the next, (frame, sample x channel)."""
-    rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
-    size = max(1, round(rate_hz / fps))
-    # silence stands for what follows the end
-    values = np.pad(responses[dims.RA2].values, ((0, size), (0, 0)))
-    begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
-    windows = sliding_window_view(values, size, axis=0)[np.clip(begins, 0, len(values) - size)]
-    return np.asarray(windows.swapaxes(1, 2).reshape(len(begins), -1))
 
 
 def _write_table(path: Path, frames: dict[str, NDArray[Any]]) -> None:
@@ -294,12 +288,12 @@ def _write_video(path: Path, video: Video, n: int, fps: int) -> Stats:
         out.mux(stream.encode(None))
     if number < n:
         raise InputError(f"{video.path}: expected {n} frames, as the store has, found {number}")
-    grey = stats_of(np.stack(seen).reshape(-1, 1) / 255)
+    grey = compute_stats(np.stack(seen).reshape(-1, 1) / 255)
     colours = {name: np.tile(value, 3).reshape(3, 1, 1) for name, value in grey.items()}
     return {**colours, "count": np.array([len(seen)])}
 
 
-def stats_of(values: NDArray[Any]) -> Stats:
+def compute_stats(values: NDArray[Any]) -> Stats:
     """Return least, largest, mean, standard deviation, quantiles and number, over the frames.
 
     Parameters
@@ -318,7 +312,7 @@ def stats_of(values: NDArray[Any]) -> Stats:
     }
 
 
-def together(parts: Sequence[Stats]) -> Stats:
+def merge_stats(parts: Sequence[Stats]) -> Stats:
     """Return the statistics of all episodes, from those of each; quantiles are mean ones.
 
     Chan, Golub & LeVeque 1979 put means and variances together, as LeRobot does.
@@ -337,7 +331,7 @@ def together(parts: Sequence[Stats]) -> Stats:
     }
 
 
-def _described(first: Responses, fps: int, video: Video | None) -> dict[str, Any]:
+def _describe_features(first: Responses, fps: int, video: Video | None) -> dict[str, Any]:
     """Return what each feature is, as `meta/info.json` has it."""
     found: dict[str, Any] = {
         name: {"dtype": str(values.dtype), "shape": [values.shape[1]], "names": names}
@@ -361,7 +355,7 @@ def _task(responses: Responses) -> str:
     return f"feel texture {responses.attrs[dims.TEXTURE]}"
 
 
-def _videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
+def _find_videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
     """Return the session's videos by name of the recording, all of one size."""
     found = recordings_of(read_session(session), recordings)
     videos: dict[str, Video] = {}
@@ -383,8 +377,11 @@ def _videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
     return videos
 
 
-def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
-    """Return the frames a second of all recordings, which LeRobot wants to be a whole number."""
+def _require_alike(store: Path, recordings: Sequence[Responses]) -> int:
+    """Return the frames a second of all recordings, which LeRobot wants to be a whole number.
+
+    Refuse sensors or sounds that differ, or speeds that some lack: features have one shape.
+    """
     rates = [float(1 / np.median(np.diff(one[dims.TIME].values))) for one in recordings]
     fps = round(float(np.median(rates)))
     if max(abs(rate / max(fps, 1) - 1) for rate in rates) > _OFF_RATE:
@@ -392,11 +389,6 @@ def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
             f"{store}: expected one whole number of frames a second in all recordings, found "
             f"{min(rates):.2f} to {max(rates):.2f} frames/s"
         )
-    return fps
-
-
-def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
-    """Refuse sensors or sounds that differ, or speeds that some lack: features have one shape."""
     shapes = set()
     for one in recordings:
         sound = "no sound"
@@ -409,3 +401,4 @@ def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
         expected = "as many markers, sound of one rate and as many channels, and a speed or none"
         found = "; ".join(sorted(shapes))
         raise InputError(f"{store}: expected {expected}, in all recordings, found {found}")
+    return fps

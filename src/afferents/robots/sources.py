@@ -57,7 +57,7 @@ def find_recordings(
     """
     session = None if is_group(Path(source)) else read_session(source)
     if session is None and store is not None:
-        raise InputError(f"--store: expected a session beside it, found the store {source}")
+        raise InputError(f"--store: expected a session with it, found the store {source}")
     recordings = {} if session is None else {one.name: one for one in session.recordings}
     extracted = source if session is None else store
     all_of_store = session is None and not wanted and most is None

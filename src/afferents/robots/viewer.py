@@ -55,7 +55,7 @@ def view(
     rr: Any = import_extra("view", "view", "rerun")
     wanted = () if recording is None else (recording,)
     ((name, found),) = find_recordings(source, store, wanted, most=1).items()
-    values = _logged(rr, found)
+    values = list_values(rr, found)
     rr.init("afferents", recording_id=name, spawn=save is None)
     if save is None:
         return _log(rr, values)
@@ -77,7 +77,8 @@ def _log(rr: Any, values: Iterator[tuple[float, str, Any]]) -> dict[str, int]:
     return n
 
 
-def _logged(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
+def list_values(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
+    """Yield what there is of a recording: when, as which entity, and the value."""
     recording, responses = source
     if recording is not None and recording.video is not None:
         for at_s, data in jpegs(recording.video, QUALITY):

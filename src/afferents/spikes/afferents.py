@@ -45,8 +45,8 @@ class Input(NamedTuple):
     receptive_fields: list[tuple[int, ...]]
 
 
-def held(bands_hz: Sequence[tuple[float, float]], rate_hz: float) -> list[bool]:
-    """Tell which bands a sample rate can hold."""
+def can_hold(bands_hz: Sequence[tuple[float, float]], rate_hz: float) -> list[bool]:
+    """Return which bands a sample rate can hold."""
     return [high < _NYQUIST_SHARE * rate_hz / 2 for _, high in bands_hz]
 
 
@@ -55,7 +55,7 @@ def steps_per_sample(rate_hz: float) -> Fraction:
     return Fraction(RATE_HZ / rate_hz).limit_denominator(_LARGEST_RATIO)
 
 
-def in_bands(
+def filter_bands(
     signal: NDArray[np.floating],
     rate_hz: float,
     bands_hz: Sequence[tuple[float, float]],
@@ -68,22 +68,18 @@ def in_bands(
     slow = resample_poly(loud, shared.numerator, shared.denominator)
     slow = np.pad(slow[:n], (0, max(n - len(slow), 0)))
     bands = np.zeros((n, len(bands_hz)), np.float32)
-    for unit, (limits, is_held) in enumerate(zip(bands_hz, held(bands_hz, rate_hz), strict=True)):
-        if is_held:
-            bands[:, unit] = sosfiltfilt(_band(*limits), slow)
+    for unit in np.flatnonzero(can_hold(bands_hz, rate_hz)).tolist():
+        bands[:, unit] = sosfiltfilt(_band_filter(*bands_hz[unit]), slow)
     return bands
 
 
 @cache
-def _band(low_hz: float, high_hz: float) -> NDArray[np.float64]:
+def _band_filter(low_hz: float, high_hz: float) -> NDArray[np.float64]:
     """Return the filter of a band, at the rate of the simulation."""
     sections: NDArray[np.float64] = butter(
         _ORDER, (low_hz, high_hz), "bandpass", fs=RATE_HZ, output="sos"
     )
     return sections
-
-
-_FILES = ("sa", "ra", "pc")
 
 
 class Parameter(StrictForm):
@@ -134,46 +130,41 @@ class AfferentClass(StrictForm):
         parameters: Mapping[str, Parameter] = getattr(self, model)
         return {name: parameter.value for name, parameter in parameters.items()}
 
-    def input_of(self, recording: Responses, start_s: float, stop_s: float) -> Input:
+    def read_input(self, recording: Responses, start_s: float, stop_s: float) -> Input:
         """Return the response to a stretch of a recording that drives the units.
+
+        Of markers it is that of each, with current interpolated between frames; of vibration the
+        first channel in each band (Butterworth, second order, both ways). A band that the sample
+        rate can't hold is silent.
 
         Raises
         ------
         InputError
             If the sample rate of vibration holds none of the bands, or the response is of cells.
         """
-        if dims.of_cells(recording) and not self.bands_hz:
+        name, response = recording.attrs["name"], recording[self.variable]
+        if self.bands_hz:
+            rate_hz = float(response.attrs[dims.SAMPLE_RATE])
+            if not any(can_hold(self.bands_hz, rate_hz)):
+                lowest = min(high for _, high in self.bands_hz) * 2 / _NYQUIST_SHARE
+                raise InputError(
+                    f"{name}: expected vibration of more than {lowest:.0f} samples/s, found "
+                    f"{rate_hz:g}"
+                )
+            signal = response.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
+            n = round((stop_s - start_s) * RATE_HZ)
+            bands = filter_bands(signal, rate_hz, self.bands_hz, n)
+            row, weight = np.arange(n), np.zeros(n, np.float32)
+            return Input(bands, row, weight, 1 / RATE_HZ, [(0,)] * len(self.bands_hz))
+        if dims.of_cells(recording):
             raise InputError(
-                f"{recording.attrs['name']}: expected {self.variable} in px, by which {self.name} "
-                "units are driven, found grey levels, of cells; choose --classes PC"
+                f"{name}: expected {self.variable} in px, by which {self.name} units are driven, "
+                "found grey levels, of cells; choose --classes PC"
             )
-        of = self._of_vibration if self.bands_hz else self._of_markers
-        return of(recording, start_s, stop_s)
-
-    def _of_markers(self, recording: Responses, start_s: float, stop_s: float) -> Input:
-        """Return the response of each marker; current is interpolated between frames."""
-        time_s, response = recording[dims.TIME].values, recording[self.variable].values
+        time_s = recording[dims.TIME].values
         row, weight = on_steps(time_s, start_s, stop_s)
         fields: list[tuple[int, ...]] = [(marker,) for marker in range(response.shape[1])]
-        return Input(response, row, weight, float(np.median(np.diff(time_s))), fields)
-
-    def _of_vibration(self, recording: Responses, start_s: float, stop_s: float) -> Input:
-        """Return the first channel's vibration in each band (Butterworth, second order, both ways).
-
-        A band that the sample rate can't hold is silent.
-        """
-        vibration, bands_hz = recording[self.variable], self.bands_hz
-        rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
-        if not any(held(bands_hz, rate_hz)):
-            lowest = min(high for _, high in bands_hz) * 2 / _NYQUIST_SHARE
-            raise InputError(
-                f"{recording.attrs['name']}: expected vibration of more than {lowest:.0f} "
-                f"samples/s, found {rate_hz:g}"
-            )
-        signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
-        n = round((stop_s - start_s) * RATE_HZ)
-        bands, at_once = in_bands(signal, rate_hz, bands_hz, n), np.zeros(n, np.float32)
-        return Input(bands, np.arange(n), at_once, 1 / RATE_HZ, [(0,)] * len(bands_hz))
+        return Input(response.values, row, weight, float(np.median(np.diff(time_s))), fields)
 
     def current(
         self, response: NDArray[np.floating], gain: float, seed: int
@@ -201,9 +192,9 @@ class AfferentClass(StrictForm):
 
 @cache
 def afferent_classes() -> dict[str, AfferentClass]:
-    """Return the classes by name, read from the files beside this one."""
+    """Return the classes by name, read from the files next to this one."""
     found = {}
-    for stem in _FILES:
+    for stem in ("sa", "ra", "pc"):
         path = Path(__file__).with_name(f"{stem}.toml")
         content = read_toml(path, "a class of afferents")
         read = as_form(content, AfferentClass, path, "a class of afferents")

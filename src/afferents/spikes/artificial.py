@@ -9,14 +9,14 @@ import pandas as pd
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.spikes.afferents import AfferentClass, Input, afferent_classes
+from afferents.spikes.afferents import AfferentClass, afferent_classes
 from afferents.spikes.population import Spikes, joined
-from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive, Fired
+from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive
 from afferents.store.responses import Responses, steady_s
 
 _SHORTEST_S = 0.1
 SETTLING_S = 0.5
-"""What was recorded so long before a stretch drives the units already: they begin at rest, and a
+"""What was recorded this long before a stretch drives the units already: they begin at rest, and a
 press that is suddenly there makes them fire a volley that no fibre under a lasting press has."""
 
 
@@ -58,13 +58,19 @@ def artificial_spikes(
     """
     if model not in UNIT_MODELS:
         raise InputError(f"model: expected one of {', '.join(UNIT_MODELS)}, found '{model}'")
-    chosen = _chosen(classes)
-    return of_recordings(
-        _trial(recording, model, seed, chosen, start_s, stop_s) for recording in recordings
+    known = afferent_classes()
+    other = [name for name in classes if name not in known]
+    if other or not classes:
+        raise InputError(
+            f"classes: expected some of {', '.join(known)}, found '{', '.join(other)}'"
+        )
+    chosen = [known[name] for name in known if name in classes]
+    return join_recordings(
+        _drive_units(recording, model, seed, chosen, start_s, stop_s) for recording in recordings
     )
 
 
-def of_recordings(parts: Iterable[Spikes]) -> Spikes:
+def join_recordings(parts: Iterable[Spikes]) -> Spikes:
     """Return one population; recordings of one texture and speed are its repetitions, from 0.
 
     Raises
@@ -73,13 +79,6 @@ def of_recordings(parts: Iterable[Spikes]) -> Spikes:
         If a recording lacks a class that another has, or they differ in their markers.
     """
     parts = list(parts)
-    _require_same_classes(parts)
-    spikes = joined(parts)
-    trial = spikes.trials.groupby(["texture", "speed_mm_s"], dropna=False)
-    return replace(spikes, trials=spikes.trials.assign(repetition=trial.cumcount()))
-
-
-def _require_same_classes(parts: Sequence[Spikes]) -> None:
     there = [set(part.units["class"]) for part in parts]
     known = [one for name, one in afferent_classes().items() if name in set().union(*there)]
     for part, has in zip(parts, there, strict=True):
@@ -90,19 +89,12 @@ def _require_same_classes(parts: Sequence[Spikes]) -> None:
                 f"{lacking[0].name} units, as in other recordings, found none; "
                 + (f"choose --classes {common}" if common else "leave the recording out")
             )
+    spikes = joined(parts)
+    trial = spikes.trials.groupby(["texture", "speed_mm_s"], dropna=False)
+    return replace(spikes, trials=spikes.trials.assign(repetition=trial.cumcount()))
 
 
-def _chosen(classes: Sequence[str]) -> list[AfferentClass]:
-    known = afferent_classes()
-    other = [name for name in classes if name not in known]
-    if other or not classes:
-        raise InputError(
-            f"classes: expected some of {', '.join(known)}, found '{', '.join(other)}'"
-        )
-    return [known[name] for name in known if name in classes]
-
-
-def _trial(
+def _drive_units(
     recording: Responses,
     model: str,
     seed: int,
@@ -111,43 +103,34 @@ def _trial(
     stop_s: float | None,
 ) -> Spikes:
     """Return the spikes of one recording."""
-    start_s, stop_s = stretch_of(recording, start_s, stop_s)
+    start_s, stop_s = choose_stretch(recording, start_s, stop_s)
     recorded_s = start_s - (float(recording[dims.TIME][0]) if dims.TIME in recording else 0.0)
     before_s = math.floor(min(SETTLING_S, max(recorded_s, 0.0)) * RATE_HZ) / RATE_HZ
-    units, fired = [], []
+    duration_s, n_units = stop_s - start_s, 0
+    tables, times, units = [], [np.empty(0)], [np.empty(0, np.int64)]
     for afferent in classes:
         if afferent.variable not in recording:
             continue
-        given = afferent.input_of(recording, start_s - before_s, stop_s)
+        given = afferent.read_input(recording, start_s - before_s, stop_s)
         values = afferent.values(model)
         current = afferent.current(given.response, values["gain"], seed)
-        every = UNIT_MODELS[model].fire(Drive(current, given.row, given.weight), values)
-        fired.append(every.since(before_s))
-        units.append(_table(afferent.name, given))
-    if not units:
+        fired = UNIT_MODELS[model].fire(Drive(current, given.row, given.weight), values)
+        after = fired.time_s > before_s
+        times.append(fired.time_s[after] - before_s)
+        units.append(fired.unit[after] + n_units)
+        fields = given.receptive_fields
+        names = pd.Index([f"{afferent.name}-{i}" for i in range(len(fields))], name="unit")
+        of_all = {"class": afferent.name, "resolution_s": given.resolution_s}
+        tables.append(pd.DataFrame({**of_all, "receptive_field": fields}, names))
+        n_units += len(fields)
+    if not tables:
         wanted = " or ".join(afferent.variable for afferent in classes)
         raise InputError(
             f"{recording.attrs['name']}: expected {wanted}, which drives the units, found none"
         )
-    return _population(pd.concat(units), fired, recording, stop_s - start_s)
-
-
-def _table(name: str, given: Input) -> pd.DataFrame:
-    """Return the units of a class, by name."""
-    fields = given.receptive_fields
-    index = pd.Index([f"{name}-{i}" for i in range(len(fields))], name="unit")
-    of_all = {"class": name, "resolution_s": given.resolution_s}
-    return pd.DataFrame({**of_all, "receptive_field": fields}, index=index)
-
-
-def _population(
-    units: pd.DataFrame, fired: Sequence[Fired], recording: Responses, duration_s: float
-) -> Spikes:
-    before = np.cumsum([0, *units.groupby("class", sort=False).size()])
-    unit = np.concatenate([one.unit + n for one, n in zip(fired, before, strict=False)])
-    time_s = np.minimum(np.concatenate([one.time_s for one in fired]), duration_s)
+    unit, time_s = np.concatenate(units), np.minimum(np.concatenate(times), duration_s)
     order = np.argsort(unit, kind="stable")  # within a unit, times are in order already
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(unit, minlength=len(units)))])
+    offsets = np.append(0, np.cumsum(np.bincount(unit, minlength=n_units)))
     trial = {
         "recording": recording.attrs["name"],
         "texture": recording.attrs[dims.TEXTURE],
@@ -155,23 +138,19 @@ def _population(
         "repetition": 0,
         "duration_s": duration_s,
     }
-    durations_s = np.full((1, len(units)), duration_s)
-    return Spikes(
-        time_s[order], offsets.astype(np.int64), units, pd.DataFrame([trial]), durations_s
-    )
+    durations_s = np.full((1, n_units), duration_s)
+    return Spikes(time_s[order], offsets, pd.concat(tables), pd.DataFrame([trial]), durations_s)
 
 
-def ends_of(recording: Responses) -> list[float]:
+def end_times(recording: Responses) -> list[float]:
     """Return when a recording's video and its vibration end, s, of what it has."""
-    ends = []
-    if dims.TIME in recording:
-        ends.append(float(recording[dims.TIME][-1]))
+    ends = [float(recording[dims.TIME][-1])] if dims.TIME in recording else []
     if dims.RA2 in recording:
         ends.append(recording.sizes[dims.AUDIO_TIME] / recording[dims.RA2].attrs[dims.SAMPLE_RATE])
     return ends
 
 
-def stretch_of(
+def choose_stretch(
     recording: Responses, start_s: float | None = None, stop_s: float | None = None
 ) -> tuple[float, float]:
     """Return from when to when a recording is used, s.
@@ -183,7 +162,7 @@ def stretch_of(
     """
     first, last = steady_s(recording) or (0.0, np.inf)
     begin = first if start_s is None else start_s
-    end = min([*ends_of(recording), last if stop_s is None else stop_s])
+    end = min([*end_times(recording), last if stop_s is None else stop_s])
     if end - begin < _SHORTEST_S:
         found = f"{begin:g} to {end:g} s"
         raise InputError(

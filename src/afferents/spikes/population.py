@@ -24,7 +24,7 @@ _INSTANT = 1 / 500
 """Share of a trial: spikes that all lie before it are in another unit."""
 
 
-def checked_units(units: Any, where: object) -> pd.DataFrame:
+def check_units(units: Any, where: object) -> pd.DataFrame:
     """Return the units' table by name, whole: `class`, `resolution_s`, `receptive_field`.
 
     Raises
@@ -55,7 +55,7 @@ def checked_units(units: Any, where: object) -> pd.DataFrame:
     return table
 
 
-def checked_trials(trials: Any, where: object) -> pd.DataFrame:
+def check_trials(trials: Any, where: object) -> pd.DataFrame:
     """Return the trials' table with `texture`, `speed_mm_s` and `repetition`.
 
     Raises
@@ -114,7 +114,7 @@ def _require_times(spikes: "Spikes", where: object) -> None:
         raise InputError(
             f"{where}: expected spikes of a fibre {1e3 * REFRACTORY_S:g} ms apart or more, its "
             f"refractory time, found {short} of {n} intervals shorter in {len(twice)} of "
-            f"{spikes.n_units} units ({_some(twice.index)}); remove spikes that stand twice, or "
+            f"{spikes.n_units} units ({_list(twice.index)}); remove spikes that stand twice, or "
             "give times in s"
         )
 
@@ -133,7 +133,7 @@ def doubts_about(spikes: "Spikes") -> list[str]:
 
     A unit whose trains all end early was recorded for a shorter time than is given, and its rates
     come out too low. Intervals below the refractory time are spikes that stand twice, or of two
-    fibres. Where all intervals are as long as a refractory time whose ms are taken for s, times and
+    fibres. Where all intervals are as long as a refractory time whose ms were read as s, times and
     durations are in ms.
     """
     train, trial, unit = spikes.places()
@@ -149,8 +149,8 @@ def doubts_about(spikes: "Spikes") -> list[str]:
     if len(early):
         names = early["unit"].unique()
         found.append(
-            f"no train of {len(names)} of {spikes.n_units} units ({_some(names)}) reaches the last "
-            f"third of its trial at {_some(early['speed'].unique())} mm/s: where recordings were "
+            f"no train of {len(names)} of {spikes.n_units} units ({_list(names)}) reaches the last "
+            f"third of its trial at {_list(early['speed'].unique())} mm/s: where recordings were "
             "shorter, rates come out too low; give each train its own duration (durations_s)"
         )
     intervals = _intervals(spikes)
@@ -158,7 +158,7 @@ def doubts_about(spikes: "Spikes") -> list[str]:
         names = short["unit"].unique()
         found.append(
             f"{len(short)} of {len(intervals)} intervals between spikes are below the refractory "
-            f"time of a fibre, {1e3 * REFRACTORY_S:g} ms, in {len(names)} units ({_some(names)}): "
+            f"time of a fibre, {1e3 * REFRACTORY_S:g} ms, in {len(names)} units ({_list(names)}): "
             "look for spikes that stand twice, and for two fibres in one unit"
         )
     if len(intervals) >= _FEW and intervals["s"].min() >= 1e3 * REFRACTORY_S:
@@ -169,21 +169,16 @@ def doubts_about(spikes: "Spikes") -> list[str]:
     return found
 
 
-def _some(names: Iterable[str], most: int = 5) -> str:
+def _list(names: Iterable[str], most: int = 5) -> str:
     shown = list(names)
     return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
 
 
-def _with_shortest(trials: pd.DataFrame, durations_s: NDArray[np.float64]) -> pd.DataFrame:
+def _set_durations(trials: pd.DataFrame, durations_s: NDArray[np.float64]) -> pd.DataFrame:
     """Return trials that last as long as the shortest of their trains; as before where none is."""
     shortest = np.fmin.reduce(durations_s, axis=1, initial=np.inf)
     before = trials.get("duration_s", np.nan)
     return trials.assign(duration_s=np.where(np.isfinite(shortest), shortest, before))
-
-
-def _offsets(lengths: ArrayLike) -> NDArray[np.int64]:
-    """Return where each train begins among the spikes of all, and where the last ends."""
-    return np.append(0, np.cumsum(lengths)).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +273,7 @@ class Spikes:
         durations_s: ArrayLike | None = None,
     ) -> Self:
         """Return what `from_trains` does of times that were checked already."""
-        unit_table, trial_table = checked_units(units, where), checked_trials(trials, where)
+        unit_table, trial_table = check_units(units, where), check_trials(trials, where)
         shape = (len(trial_table), len(unit_table))
         if len(trains) != shape[0] or any(len(row) != shape[1] for row in trains):
             found = f"{len(trains)} of {sorted({len(row) for row in trains})}"
@@ -305,8 +300,9 @@ class Spikes:
             for row in trains
             for train in row
         ]
-        times, offsets = np.concatenate([*flat, np.empty(0)]), _offsets([*map(len, flat)])
-        return cls(times, offsets, unit_table, _with_shortest(trial_table, lasting), lasting)
+        times = np.concatenate([*flat, np.empty(0)])
+        offsets = np.append(0, np.cumsum([*map(len, flat)])).astype(np.int64)
+        return cls(times, offsets, unit_table, _set_durations(trial_table, lasting), lasting)
 
     @property
     def recorded(self) -> NDArray[np.bool_]:
@@ -382,7 +378,7 @@ class Spikes:
         columns = np.arange(self.n_units)[slice(None) if units is None else np.asarray(units)]
         cells = (rows[:, None] * self.n_units + columns).ravel()
         lengths = np.diff(self.offsets)[cells]
-        offsets = _offsets(lengths)
+        offsets = np.append(0, np.cumsum(lengths))
         at = np.repeat(self.offsets[cells] - offsets[:-1], lengths) + np.arange(offsets[-1])
         durations_s = self.durations_s[np.ix_(rows, columns)]
         return replace(
@@ -390,7 +386,7 @@ class Spikes:
             times=self.times[at],
             offsets=offsets,
             units=self.units.iloc[columns],
-            trials=_with_shortest(self.trials.iloc[rows].reset_index(drop=True), durations_s),
+            trials=_set_durations(self.trials.iloc[rows].reset_index(drop=True), durations_s),
             durations_s=durations_s,
         )
 
@@ -477,7 +473,7 @@ def joined(parts: Iterable[Spikes]) -> Spikes:
     coarsest = np.max([part.units["resolution_s"] for part in parts], axis=0)
     return Spikes(
         np.concatenate([part.times for part in parts]),
-        _offsets(np.concatenate([np.diff(part.offsets) for part in parts])),
+        np.append(0, np.cumsum(np.concatenate([np.diff(part.offsets) for part in parts]))),
         parts[0].units.assign(resolution_s=coarsest),
         pd.concat([part.trials for part in parts], ignore_index=True),
         np.concatenate([part.durations_s for part in parts]),

@@ -5,13 +5,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.spikes.afferents import AfferentClass, in_bands, steps_per_sample
+from afferents.spikes.afferents import AfferentClass, filter_bands, steps_per_sample
 from afferents.spikes.units import RATE_HZ, Drive, Fired, State, UnitModel
 
 _AROUND_S = 0.1
-"""Filters look both ways; what lies farther off than this no longer matters."""
+"""Filters look both ways; what is farther away than this no longer matters."""
 _HOP_S = 0.05
 """Vibration is filtered in pieces of about this length."""
+SEED = 0
+"""The usual one, whose units `artificial_spikes` has."""
 
 
 class UnitStream:
@@ -35,10 +37,6 @@ class UnitStream:
         """Begin anew, at rest: what comes next does not follow what came before."""
         self._state: State | None = None
 
-    def _current(self, response: NDArray[np.floating]) -> NDArray[np.float32]:
-        # with its usual seed, whose units `artificial_spikes` has
-        return self.afferent.current(response, self.values["gain"], seed=0)
-
     def _fire(self, drive: Drive, from_s: float) -> Fired:
         """Go on for some steps, the first of them at `from_s`."""
         if self._state is None:
@@ -53,7 +51,7 @@ class MarkerUnits(UnitStream):
     Parameters
     ----------
     every
-        So many markers apart are the units that are simulated.
+        Of how many markers one has a unit that is simulated.
     """
 
     def __init__(self, afferent: AfferentClass, model: UnitModel, every: int = 1) -> None:
@@ -77,7 +75,7 @@ class MarkerUnits(UnitStream):
         response
             `(marker,)`, NaN where one is lost.
         """
-        current = self._current(response[None])[0, :: self.every].copy()
+        current = self.afferent.current(response[None], self.values["gain"], SEED)[0, :: self.every]
         before, self._before = self._before, (time_s, current)
         if before is None:
             self._first_s = time_s
@@ -132,18 +130,14 @@ class VibrationUnits(UnitStream):
         self._waiting = np.concatenate([self._waiting, samples])
         found: list[Fired] = []
         while len(self._waiting) >= self._piece_samples:
-            found.append(self._piece(begin_s))
+            piece = self._waiting[: self._piece_samples]
+            n = 2 * self._around + self._hop
+            bands = filter_bands(piece, self.rate_hz, self.afferent.bands_hz, n)
+            inside = bands[self._around : self._around + self._hop]
+            current = self.afferent.current(inside, self.values["gain"], SEED)
+            drive = Drive(current, np.arange(self._hop), np.zeros(self._hop, np.float32))
+            found.append(self._fire(drive, begin_s + self._around / RATE_HZ))
             self._waiting = self._waiting[self._hop_samples :]
             begin_s += self._hop_samples / self.rate_hz
         times = np.concatenate([np.empty(0), *(one.time_s for one in found)])
         return Fired(times, np.concatenate([np.empty(0, np.int64), *(one.unit for one in found)]))
-
-    def _piece(self, begin_s: float) -> Fired:
-        """Return the spikes of the middle of the sound that waits, which begins at `begin_s`."""
-        n = 2 * self._around + self._hop
-        piece = self._waiting[: self._piece_samples]
-        bands = in_bands(piece, self.rate_hz, self.afferent.bands_hz, n)
-        inside = bands[self._around : self._around + self._hop]
-        steps, at_once = np.arange(self._hop), np.zeros(self._hop, np.float32)
-        from_s = begin_s + self._around / RATE_HZ
-        return self._fire(Drive(self._current(inside), steps, at_once), from_s)

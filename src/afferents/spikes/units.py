@@ -13,6 +13,8 @@ State = NDArray[np.float32]
 """What a model's equations are in, `(variable, unit)`."""
 RATE_HZ = 2000.0
 """Steps a second, 0.5 ms each: Izhikevich's own step, and five of a cycle of 400 Hz."""
+_MOST_HZ = 500
+"""Spikes a second of each unit for which Izhikevich's model makes room; more only if they come."""
 
 
 class Drive(NamedTuple):
@@ -40,11 +42,6 @@ class Fired(NamedTuple):
     time_s: NDArray[np.float64]
     unit: NDArray[np.int64]
 
-    def since(self, start_s: float) -> "Fired":
-        """Return the spikes after a moment, in s from there."""
-        after = self.time_s > start_s
-        return Fired(self.time_s[after] - start_s, self.unit[after])
-
 
 class UnitModel(ABC):
     """A model of a spiking neuron; the same for all classes, with parameters of their own.
@@ -67,7 +64,7 @@ class UnitModel(ABC):
 
     @abstractmethod
     def fire(self, drive: Drive, values: Mapping[str, float], state: State | None = None) -> Fired:
-        """Return the spikes of units that are driven so.
+        """Return the spikes of units that a current drives.
 
         Parameters
         ----------
@@ -92,12 +89,6 @@ def on_steps(
     following = np.minimum(row + 1, len(time_s) - 1)
     length = np.where(following > row, time_s[following] - time_s[row], 1.0)
     return row, np.clip((steps - time_s[row]) / length, 0, 1).astype(np.float32)
-
-
-# Izhikevich's unit: two equations that fire as many kinds of neuron do.
-
-_MOST_HZ = 500
-"""Room is made for so many spikes a second of each unit; more only if they come."""
 
 
 class Izhikevich(UnitModel):
@@ -131,9 +122,6 @@ class Izhikevich(UnitModel):
             room *= 2
 
 
-# The leaky integrate-and-fire unit.
-
-
 class LeakyIntegrateAndFire(UnitModel):
     """A leaky integrator with a threshold (Lapicque 1907; Dayan & Abbott 2001, section 5.4).
 
@@ -161,8 +149,6 @@ class LeakyIntegrateAndFire(UnitModel):
         n = kernel.leaky(*drive, state, decay, refractory, step, unit, part)
         return Fired((step[:n] + part[:n].astype(np.float64)) / RATE_HZ, unit[:n])
 
-
-# Units that fire: models of a spiking neuron, and what drives them in each class of afferent.
 
 UNIT_MODELS: dict[str, UnitModel] = {
     model.name: model for model in (Izhikevich(), LeakyIntegrateAndFire())

@@ -176,8 +176,11 @@ class Recording:
     @property
     def files(self) -> tuple[Path, ...]:
         """The files behind the recording; of numbered images, their folder."""
-        sources = (self.video, self.audio)
-        return tuple(source.path for source in sources if source is not None)
+        found: list[Path] = []
+        for source in (self.video, self.audio):
+            if source is not None:
+                found += [part.path for part in getattr(source, "files", (source,))]
+        return tuple(found)
 
     @property
     def checksum(self) -> str:

@@ -26,7 +26,7 @@ SUBCLASSED = (
     "afferents.encodings.base.Encoding",
     "afferents.models.base.Classifier",
 )
-ROOMS = {"plot", "live", "devices", "benchmark"}
+ROOMS = {"plot", "lab", "benchmark"}
 """Modules among the names of `afferents`: what is in them is listed under their names."""
 
 

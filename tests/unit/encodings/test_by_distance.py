@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from afferents.encodings.orders import OrderEncoding
-from afferents.encodings.windows import cut_by_distance, cut_windows, with_distance
+from afferents.encodings.windows import add_distance, cut_by_distance, cut_windows
 from afferents.errors import InputError
 from afferents.store.motion import Series
 
@@ -31,7 +31,7 @@ def spectra(windows):
 
 @pytest.mark.parametrize("per_mm", [0.5, 1.3])
 def test_a_line_stands_at_cycles_per_mm_times_the_mean_speed(per_mm):
-    swept = with_distance(sound(np.sin(2 * np.pi * per_mm * WAY)), SWEEP)
+    swept = add_distance(sound(np.sin(2 * np.pi * per_mm * WAY)), SWEEP)
     windows = cut_by_distance(swept, slice(0, len(TIME)), ENCODING)
     hertz, power = spectra(windows)
     starts, stops = (np.interp(one, TIME, WAY) for one in (windows.start_s, windows.stop_s))
@@ -47,7 +47,7 @@ def test_a_line_stands_at_cycles_per_mm_times_the_mean_speed(per_mm):
 
 
 def test_what_is_too_high_is_not_folded_back():
-    swept = with_distance(sound(np.sin(2 * np.pi * 3100.0 * TIME)), SWEEP)
+    swept = add_distance(sound(np.sin(2 * np.pi * 3100.0 * TIME)), SWEEP)
     windows = cut_by_distance(swept, slice(0, len(TIME)), ENCODING)
     hertz, power = spectra(windows)
     scale = 4.0**2 / 16 * windows.rate_hz  # of a line of amplitude 1
@@ -59,7 +59,7 @@ def test_a_constant_speed_changes_nothing():
     noise = sound(rng.normal(size=len(TIME)))
     steady = Series(np.array([0.0, 9.0]), np.array([40.0, 40.0]))
     plain = ENCODING.samples(noise.assign_attrs(speed_mm_s=40.0), slice(0, len(TIME)))
-    told = with_distance(noise.assign_attrs(speed_mm_s=40.0), steady)
+    told = add_distance(noise.assign_attrs(speed_mm_s=40.0), steady)
     found = ENCODING.samples(told, slice(0, len(TIME)))
     difference = np.abs(found.values - plain.values)
     assert np.median(difference) < 0.02  # in logarithms of power
@@ -68,11 +68,11 @@ def test_a_constant_speed_changes_nothing():
 
 def test_windows_beyond_the_log_are_left_out():
     short = Series(SWEEP.time_s[:600], SWEEP.values[:600])
-    swept = with_distance(sound(np.sin(WAY)), short)
+    swept = add_distance(sound(np.sin(WAY)), short)
     windows = cut_by_distance(swept, slice(0, len(TIME)), ENCODING)
     assert (
         windows.stop_s.max() <= 6.0 < cut_windows(swept, slice(0, len(TIME)), ENCODING).stop_s[-1]
     )
-    nothing = with_distance(sound(np.sin(WAY)), Series(TIME[:8000], 20 + 0 * TIME[:8000]))
+    nothing = add_distance(sound(np.sin(WAY)), Series(TIME[:8000], 20 + 0 * TIME[:8000]))
     with pytest.raises(InputError, match="run_1: expected the speed of the slide while"):
         cut_by_distance(nothing, slice(0, len(TIME)), ENCODING)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from afferents.encodings.samples import Samples, concatenate, make_samples, textures_of
+from afferents.encodings.samples import Samples, concatenate, list_textures, make_samples
 from afferents.errors import InputError
 
 
@@ -34,4 +34,4 @@ def test_bins_of_other_frequencies_or_numbers_are_refused():
 
 def test_textures_are_in_natural_order():
     joined = concatenate([spectra(texture) for texture in ("linen", "10", "2")])
-    assert textures_of(joined) == ["2", "10", "linen"]
+    assert list_textures(joined) == ["2", "10", "linen"]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.base import tactile_images
+from afferents.encodings.frames import tactile_images
 from afferents.encodings.images import spatial_samples, spatiotemporal_samples
 from afferents.errors import InputError
 

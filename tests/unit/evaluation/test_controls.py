@@ -27,7 +27,7 @@ from afferents import (
 )
 from afferents.errors import InputError
 from afferents.evaluation.controls import AS_IT_IS
-from afferents.models.fit_solved import predict_left_out
+from afferents.models.solved import predict_left_out
 
 TEXTURES, SPEEDS = list("abc"), (10, 20, 40, 80)
 

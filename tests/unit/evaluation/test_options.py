@@ -4,7 +4,7 @@ import pytest
 
 from afferents.errors import InputError
 from afferents.evaluation.options import EvaluationOptions
-from afferents.models.model import models_in
+from afferents.models.model import choose_models
 
 
 def test_a_number_stands_for_a_list_of_one():
@@ -36,7 +36,7 @@ def test_values_of_another_kind_are_one_sentence(given, sentence):
 
 def test_models_are_names_or_models():
     with pytest.raises(InputError, match="--models: expected names, or an afferents"):
-        models_in(3)
+        choose_models(3)
 
 
 def test_seeds_in_a_row_move_with_the_first_one():

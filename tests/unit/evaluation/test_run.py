@@ -15,8 +15,8 @@ from afferents.evaluation import run as evaluation
 from afferents.evaluation.fold_files import FoldKey, mark_running, write_plan
 from afferents.files import write_json
 from afferents.models import fitting
-from afferents.models.loop import Checkpoint
-from afferents.models.model import models_in
+from afferents.models.checkpoint import Checkpoint
+from afferents.models.model import choose_models
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.reproduction.run_folder import RunFolder, RunState, status
@@ -156,7 +156,7 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
 
 def test_a_model_that_workers_cannot_find_is_refused(stores, tmp_path, monkeypatch):
     """They are sent JSON: names, and files that they read."""
-    mine = replace(models_in("vib-te")[0], name="mine", classifier=LogisticRegression())
+    mine = replace(choose_models("vib-te")[0], name="mine", classifier=LogisticRegression())
     monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
     with pytest.raises(InputError, match=r"as FILE.py:NAME, .* found the object mine; give the"):
         evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, cluster="tcp://here:1")

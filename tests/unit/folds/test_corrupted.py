@@ -14,7 +14,7 @@ from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.folds.splits import join_variants
-from afferents.models.learning_set import mean_within
+from afferents.models.fusion import mean_within
 from afferents.store.integrity import sealed
 
 N_FRAMES, N_MARKERS, REST = 400, 60, 10

@@ -17,7 +17,7 @@ from afferents.folds.splits import (
     overlapping,
     refuse_leaks,
 )
-from afferents.models.fitted import Fitted, ask_alone
+from afferents.models.fitted import Fitted, predict_alone
 from afferents.models.orders import OrderSearch
 
 NONE = np.empty(0, dtype=int)
@@ -103,7 +103,9 @@ class AsksForTheSpeed(OrderSearch):
 
 def test_a_model_that_goes_by_the_samples_tested_is_refused(stores, tmp_path):
     mine = Model("mine", channel="ra2", encoding="spectral", classifier=GoesByTheTest())
-    with pytest.raises(LeakageError, match="say the same of a test sample whatever else is tested"):
+    with pytest.raises(
+        LeakageError, match="the same probabilities of a test sample whatever else is tested"
+    ):
         evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, workers=1)
     honest = Model("honest", channel="ra2", encoding="spectral", classifier=LogisticRegression())
     found = evaluate(stores["audio"], tmp_path / "q", honest, quiet=True, workers=1)
@@ -115,7 +117,7 @@ def test_a_model_that_goes_by_the_samples_tested_is_refused(stores, tmp_path):
 def test_what_rounding_does_to_samples_that_are_all_alike_is_no_leak():
     probabilities = np.full((8, 2), 0.5, np.float32)
     fitted = Fitted(None, probabilities, None, {}, lambda index: probabilities[index] + 1e-7)
-    assert ask_alone("silence", fitted, np.arange(8))["prediction_ms"] >= 0
+    assert predict_alone("silence", fitted, np.arange(8))["prediction_ms"] >= 0
 
 
 class SaysNoNumbers(OrderSearch):

@@ -6,14 +6,14 @@ import torch
 import xarray as xr
 
 from afferents import dims
-from afferents.encodings.samples import labels_of
+from afferents.encodings.samples import find_labels
 from afferents.encodings.settings import ENCODINGS
 from afferents.folds.protocol import PROTOCOLS, Fold
-from afferents.models.confidence import cross_entropy
-from afferents.models.fit_solved import fit_solved, learn, pick_penalty, predict_left_out, scores_of
+from afferents.models.calibrate import cross_entropy
+from afferents.models.fit_solved import fit_solved, learn, pick_penalty, score
 from afferents.models.fitted import Fitting, Part
 from afferents.models.model import Model
-from afferents.models.solved import Discriminant, Ridge, log_probabilities
+from afferents.models.solved import Discriminant, Ridge, log_probabilities, predict_left_out
 
 
 def data(seed=0):
@@ -59,7 +59,7 @@ def sampled(n_features, seed=0):
 @pytest.mark.parametrize("n_features", [12, 400])
 def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_features):
     samples = sampled(n_features)
-    everything, labels = np.arange(len(samples)), labels_of(samples)
+    everything, labels = np.arange(len(samples)), find_labels(samples)
     fold = Fold(10.0, 20.0, everything, everything[:0], everything[:0])
     part, penalties = Part(samples, fold, None), (0.1, 1.0, 10.0)
     found = pick_penalty(kind(3, (n_features,)), part, everything, 0, penalties)
@@ -69,7 +69,7 @@ def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_feature
         for group in (10.0, 20.0, 30.0):
             its = samples[dims.SPEED].values == group
             learn(classifier, samples, labels, everything[~its], 0, penalty)
-            scores[its] = scores_of(classifier, samples, everything[its])
+            scores[its] = score(classifier, samples, everything[its])
         return scores
 
     expected = log_probabilities(torch.from_numpy(anew(found[0])).double(), found[1]).numpy()

@@ -5,9 +5,10 @@ import copy
 import pytest
 import torch
 
+from afferents.models.checkpoint import Checkpoint
 from afferents.models.classifiers import build
 from afferents.models.learning_set import LearningSet
-from afferents.models.loop import Checkpoint, train
+from afferents.models.loop import train
 
 
 class StoppedHereError(Exception):
@@ -23,7 +24,7 @@ def stop_after(n):
 
 
 def fates(trained):
-    return [(e.number, e.loss, e.accuracy, e.validation_accuracy) for e in trained.history]
+    return [(e.number, e.loss, e.accuracy, e.validation_accuracy) for e in trained.epochs]
 
 
 @pytest.mark.parametrize("one_cycle", [False, True])
@@ -39,31 +40,24 @@ def test_who_is_stopped_ends_where_others_end(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
     checkpoint, learnt = Checkpoint(tmp_path / "fold.checkpoint", every_s=0), LearningSet(*problem)
-    whole = train(build(encoding, 3, shape, 1), learnt, config, 5)
+    first, resumed = build(encoding, 3, shape, 1), build(encoding, 3, shape, 1)
+    whole = train(first, learnt, config, 5)
     for stop in stops:
         with pytest.raises(StoppedHereError):
             train(build(encoding, 3, shape, 1), learnt, config, 5, stop_after(stop), checkpoint)
     seen = []
-    again = train(
-        build(encoding, 3, shape, 1),
-        learnt,
-        config,
-        5,
-        lambda share: seen.append(round(6 * share)),
-        checkpoint,
-    )
+    see = lambda share: seen.append(round(6 * share))  # noqa: E731
+    again = train(resumed, learnt, config, 5, see, checkpoint)
     # To the last bit: a checkpoint holds all bits, and the same steps follow in the same thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
     assert fates(again) == fates(whole)
     assert again.best_epoch == whole.best_epoch
     assert again.passes == whole.passes
-    for (name, a), b in zip(
-        again.model.state_dict().items(), whole.model.state_dict().values(), strict=True
-    ):
+    for (name, a), b in zip(resumed.state_dict().items(), first.state_dict().values(), strict=True):
         assert torch.equal(a, b), name
 
 
-def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net, config, tmp_path):
+def test_what_is_damaged_or_of_another_training_is_ignored(problem, small_net, config, tmp_path):
     checkpoint = Checkpoint(tmp_path / "fold.checkpoint", every_s=0)
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), checkpoint)

@@ -5,7 +5,9 @@ import pytest
 import torch
 from scipy.special import log_softmax
 
-from afferents.models.confidence import KNOWN, Novelty, best_weights, cross_entropy, weighted
+from afferents.models.calibrate import cross_entropy
+from afferents.models.deployed import KNOWN, Novelty
+from afferents.models.fusion import best_weights, join
 
 
 def guesses(n, sharpness, rng):
@@ -26,9 +28,9 @@ def test_two_parts_surprise_less_than_either():
     rng = np.random.default_rng(1)
     one, labels = guesses(4000, 2.0, rng)
     other = log_softmax(2.0 * np.eye(4)[labels] + rng.normal(size=(4000, 4)), axis=1)
-    fused = weighted([one, other], best_weights([one, other], labels))
+    fused = join([one, other], best_weights([one, other], labels))
     np.testing.assert_allclose(np.exp(fused).sum(1), 1)
-    missing = weighted([one, np.zeros_like(one)], np.array([1.0, 5.0]))
+    missing = join([one, np.zeros_like(one)], np.array([1.0, 5.0]))
     np.testing.assert_allclose(missing, one, atol=1e-12)
     assert cross_entropy(fused, labels) < 0.8 * min(
         cross_entropy(part, labels) for part in (one, other)

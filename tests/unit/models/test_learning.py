@@ -6,7 +6,7 @@ from afferents.encodings.spectra import SpectralEncoding
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneSpeedOut
 from afferents.models.config import TrainingConfig
-from afferents.models.learning_set import learning_set, scale_of, thinned
+from afferents.models.learning_set import choose_scale, learning_set, thin
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
 PLAIN, AUGMENTED = False, True
@@ -50,7 +50,7 @@ def test_nested_scale_never_saw_the_held_out_speed_and_published_saw_everything(
     _, learnt = learn(spectra, PLAIN, PUBLISHED)
     assert learnt.scale == pytest.approx(float(spectra.values.max()))
     spectra.values[0, 0, 35] = 99  # in a bin that is kept, and that the model does not see
-    assert scale_of(spectra, SPECTRA, PUBLISHED, np.arange(3))[0] == 99
+    assert choose_scale(spectra, SPECTRA, PUBLISHED, np.arange(3))[0] == 99
 
 
 @pytest.mark.parametrize(("protocol", "originals"), [(NESTED, True), (PUBLISHED, False)])
@@ -72,5 +72,5 @@ def test_thinning_spreads_over_recordings(spectra):
     _, learnt = learn(spectra, PLAIN, NESTED, kept=4)
     recordings = spectra["recording"].values
     assert len(set(recordings[learnt.train])) == len(learnt.train) == 4
-    np.testing.assert_array_equal(thinned(np.arange(10), 5), [1, 3, 5, 7, 9])
-    np.testing.assert_array_equal(thinned(np.arange(3), None), [0, 1, 2])
+    np.testing.assert_array_equal(thin(np.arange(10), 5), [1, 3, 5, 7, 9])
+    np.testing.assert_array_equal(thin(np.arange(3), None), [0, 1, 2])

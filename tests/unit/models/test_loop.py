@@ -8,12 +8,13 @@ import torch
 from torch import nn
 
 from afferents.errors import AfferentsError, InputError
-from afferents.models import hardware as settings
+from afferents.models import hardware
 from afferents.models.classifiers import build
 from afferents.models.hardware import autocast, choose_device, has_bfloat16
 from afferents.models.layers import batch_norm_units, l2_penalty
+from afferents.models.learner import Learner, WarmUp
 from afferents.models.learning_set import LearningSet, split
-from afferents.models.loop import Learner, WarmUp, predict, train
+from afferents.models.loop import predict, train
 
 EPS = float(np.finfo(np.float32).eps)
 ROUNDING = 64 * EPS
@@ -32,11 +33,11 @@ def test_every_network_learns_a_separable_problem(encoding, shape, make_problem,
     model = build(encoding, 3, shape)
     config = config.model_copy(update={"batch_size": 16, "max_epochs": 12, "patience": 8})
     trained = train(model, LearningSet(*problem), config, seed=0)
-    probabilities = predict(trained.model, problem.values, problem.validation, 1.0, config)
+    probabilities = predict(model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     assert accuracy > 0.9
     # Batches of another size may round otherwise, which decides between two textures for a few.
-    validated, few = trained.history[trained.best_epoch - 1], 2 / len(problem.validation)
+    validated, few = trained.epochs[trained.best_epoch - 1], 2 / len(problem.validation)
     assert accuracy == pytest.approx(validated.validation_accuracy, abs=few)
 
 
@@ -71,7 +72,7 @@ def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     assert rates[-1] < 1e-4
     trained = train(build("spatial-net", 3, (10, 10)), LearningSet(*problem), config, seed=0)
     assert trained.passes == trained.facts()["passes"] == 5 * len(problem.train)
-    assert trained.history[-1].validation_accuracy > 0.9
+    assert trained.epochs[-1].validation_accuracy > 0.9
 
 
 class Scripted(nn.Module):
@@ -112,8 +113,8 @@ def test_training_stops_after_patience_and_restores_the_best_epoch(
     trained = train(model, learnt, config, 0, shares.append)
     assert trained.best_epoch == best
     assert int(model.epoch) == best, "the weights of the best epoch"
-    assert [e.validation_accuracy for e in trained.history] == pytest.approx(script[:epochs])
-    assert [e.number for e in trained.history] == list(range(1, epochs + 1))
+    assert [e.validation_accuracy for e in trained.epochs] == pytest.approx(script[:epochs])
+    assert [e.number for e in trained.epochs] == list(range(1, epochs + 1))
     assert shares == pytest.approx([number / 6 for number in range(1, epochs + 1)])
     assert trained.passes == 30 * epochs
 
@@ -164,9 +165,9 @@ def test_the_loss_is_cross_entropy_plus_the_l2_term_which_reaches_the_gradient(c
     labels = torch.arange(6) % 3
     learnt = LearningSet(torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6))
     trained = train(model, learnt, config, seed=0)
-    assert trained.history[0].loss == pytest.approx(np.log(3) + penalty, rel=1e-5)
+    assert trained.epochs[0].loss == pytest.approx(np.log(3) + penalty, rel=1e-5)
     judged = np.log(3) + l2_penalty(model).item()
-    assert trained.history[0].validation_loss == pytest.approx(judged, rel=1e-4)
+    assert trained.epochs[0].validation_loss == pytest.approx(judged, rel=1e-4)
     large = before.abs() > 1e-3
     assert (model.dense[1].weight.abs() < before.abs())[large].all()
 
@@ -247,7 +248,7 @@ def test_auto_takes_bfloat16_only_where_the_processor_has_it(has_it, allowed, co
     auto = config.model_copy(update={"precision": "auto"})
     told = {"avx512_bf16": has_it}  # not every PyTorch has the function
     monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: told, raising=False)
-    monkeypatch.setattr(settings, "takes_bfloat16", lambda: allowed)
+    monkeypatch.setattr(hardware, "takes_bfloat16", lambda: allowed)
     assert has_bfloat16(cpu) is (has_it and allowed)
     assert isinstance(autocast(auto, cpu), torch.autocast) is (has_it and allowed)
     assert not isinstance(autocast(config, cpu), torch.autocast)

@@ -8,10 +8,10 @@ import torch
 from torch import nn
 
 from afferents.errors import InputError
-from afferents.models import networks
+from afferents.models import hardware
 from afferents.models.classifiers import build
 from afferents.models.layers import kernels_with_l2, l2_penalty
-from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
+from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet, last_state
 
 from .counted import count_by_layer, count_parameters
 
@@ -130,11 +130,11 @@ def test_frames_of_a_run_share_one_network_and_their_order_matters():
 
 def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
     model, of_frames = CnnLstm(13).eval(), torch.randn(3, 10, 1152)
-    expected = model.after(of_frames)
-    monkeypatch.setattr(networks, "takes_bfloat16", lambda: False)
+    expected = last_state(model.lstm, of_frames)
+    monkeypatch.setattr(hardware, "takes_bfloat16", lambda: False)
     with torch.autocast("cpu", dtype=torch.bfloat16):
-        found = model.after(of_frames.bfloat16())
-        torch.testing.assert_close(model.after(of_frames), expected)
+        found = last_state(model.lstm, of_frames.bfloat16())
+        torch.testing.assert_close(last_state(model.lstm, of_frames), expected)
     assert found.dtype == torch.float32
 
 

@@ -10,7 +10,7 @@ import afferents
 from afferents import Model
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
-from afferents.models.learning_set import mean_within
+from afferents.models.fusion import mean_within
 
 WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-vector"
 

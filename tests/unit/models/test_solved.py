@@ -7,7 +7,7 @@ from sklearn.linear_model import Ridge as SklearnRidge
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.models.base import FitData, Task, build_for
+from afferents.models.base import FitData, Task, build_classifier
 from afferents.models.orders import OrderSearch
 from afferents.models.solved import (
     _LEAST_SHARE,
@@ -17,7 +17,6 @@ from afferents.models.solved import (
     Ridge,
     Rows,
     equal_weights,
-    sum_of,
 )
 
 PER_OCTAVE = 24
@@ -141,7 +140,7 @@ def test_every_texture_at_every_speed_weighs_the_same():
 
 def fitted(kind, values, labels, penalty, n_classes=3):
     task = Task(n_classes, values.shape[1:], (dims.FEATURE,))
-    classifier = build_for(kind, task)
+    classifier = build_classifier(kind, task)
     ones = torch.ones(len(values))
     data = classifier.gathered(FitData(values, labels, ones, ones))
     classifier.solve(data, np.random.default_rng(0), penalty)
@@ -187,7 +186,7 @@ def test_fewer_samples_than_features_are_solved_to_the_same_weights():
     y, weight = torch.nn.functional.one_hot(labels, 5), 0.5 + torch.rand(30)
     gram = Gram(80, 5)
     gram.add(x, y, weight)
-    rows = sum_of([Rows(x[:12], y[:12], weight[:12]), Rows(x[12:], y[12:], weight[12:])])
+    rows = Rows(x[:12], y[:12], weight[:12]) + Rows(x[12:], y[12:], weight[12:])
     strength = 0.5 + torch.rand(80)
     # Of the 2 that never varies, rounding of its mean is left, over the discriminant's penalty.
     rounding = 30 * 2.0 * torch.finfo(torch.float64).eps / (0.1 * _LEAST_SHARE * 2.0**2)

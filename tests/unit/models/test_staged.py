@@ -9,9 +9,9 @@ import torch
 import afferents
 from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
 from afferents.models.classifiers import build
-from afferents.models.fitting import _frames_of, recipe_of, train_in_stages
+from afferents.models.fitting import choose_recipe
 from afferents.models.learning_set import LearningSet
-from afferents.models.loop import predict
+from afferents.models.loop import pick_frames, predict, train_in_stages
 from afferents.models.model import Model
 
 
@@ -37,17 +37,16 @@ def test_what_share_is_done_is_told_of_both_stages(make_problem, config):
 
 def test_it_learns_and_leaves_one_whole_network(make_problem, config):
     problem, model, trained = staged(make_problem, config)
-    assert trained.model is model
     probabilities = predict(model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     second, first = np.sort(probabilities, axis=1)[:, -2:].T
     assert accuracy > 0.8
     n = len(problem.train)
-    assert trained.passes == n * len(trained.history) + 2 * n * 6
+    assert trained.passes == n * len(trained.epochs) + 2 * n * 6
     # What was judged on features is what the whole network says of the runs, but where rounding
     # decides between two textures: features are sums of up to 576 products.
     undecided = (first - second < 576 * np.finfo(np.float32).eps).mean()
-    judged = trained.history[trained.best_epoch - 1].validation_accuracy
+    judged = trained.epochs[trained.best_epoch - 1].validation_accuracy
     assert accuracy == pytest.approx(judged, abs=undecided)
 
 
@@ -72,14 +71,14 @@ def test_only_training_runs_teach(make_problem, config):
 
 
 def test_of_runs_that_are_short_every_frame_is_taken_once():
-    frames = _frames_of(np.array([0, 1, 2]), n_frames=3, a_run=5)
+    frames = pick_frames(np.array([0, 1, 2]), n_frames=3, a_run=5)
     np.testing.assert_array_equal(np.sort(frames), np.arange(9))
 
 
 def test_an_own_network_for_runs_of_images_has_the_recipe_of_the_paper_s():
     mine = Model("mine", channel="sa1", encoding="spatiotemporal", classifier=lambda *_: None)
-    assert recipe_of(mine, SpatiotemporalEncoding()) == "cnn-lstm"
-    assert recipe_of(mine, SpatialEncoding()) == "spatial-net"
+    assert choose_recipe(mine, SpatiotemporalEncoding()) == "cnn-lstm"
+    assert choose_recipe(mine, SpatialEncoding()) == "spatial-net"
 
 
 def test_networks_of_images_learn_from_copies_at_other_speeds(stores, tmp_path):

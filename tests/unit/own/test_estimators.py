@@ -100,7 +100,7 @@ def test_the_card_names_the_estimator_and_what_of_it_is_one_s_own(trained):
     assert cards["forest"]["preset"] is None
     assert "scikit-learn" in cards["forest"]["versions"]
     card, _ = load_model(trained / "forest")
-    assert "can't be exported or felt live" in card.describe()[-1]
+    assert "can't be exported or run live" in card.describe()[-1]
 
 
 def test_it_is_explained_but_not_exported(does, fails, trained, stores, tmp_path):
@@ -157,7 +157,7 @@ def test_a_type_that_the_card_does_not_name_is_never_made(model, tmp_path, monke
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("with_function", r"estimators of a module of one's own.*doubled"),
+        ("with_function", r"estimators of a module of your own.*doubled"),
         ("raises", "the classifier Rude: ValueError: no, thank you"),
     ],
 )

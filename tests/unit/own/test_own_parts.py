@@ -21,7 +21,7 @@ from afferents.encodings.settings import Encodings
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation import fold_files, train
 from afferents.evaluation.results import PROBABILITY
-from afferents.models.export import _write
+from afferents.models.export import write_onnx
 from afferents.plugins import named
 from afferents.recordings.data_sets import DATA_SETS
 
@@ -221,4 +221,4 @@ def test_a_module_that_pytorch_can_not_export_is_one_sentence(tmp_path):
             return (x, x) if x.sum().item() > 0 else (2 * x, x)
 
     with pytest.raises(AfferentsError, match="export: expected a module that PyTorch can export"):
-        _write(Branches(), (torch.ones(1, 3),), tmp_path / "m.onnx")
+        write_onnx(Branches(), (torch.ones(1, 3),), tmp_path / "m.onnx")

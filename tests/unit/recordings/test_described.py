@@ -179,8 +179,11 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
             {"pattern =": 'folders = ["/data"]\npattern ='},
             "folders from that of the description on",
         ),
-        ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
-        ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),
+        ({"{texture}_": ""}, "texture must be in the pattern or in labels, or texture"),
+        (
+            {"[signal]\n": "speed_mm_s = 20\n[signal]\n"},
+            "speed must be in the pattern or in labels, or sp",
+        ),
         ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),
         ({'pattern = "{texture}_{speed}.csv"': "regex = '(?P<texture>'"}, "no pattern: missing"),
         ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),

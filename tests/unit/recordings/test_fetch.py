@@ -14,6 +14,7 @@ import afferents
 from afferents.errors import InputError
 from afferents.recordings.described import PACKAGED
 from afferents.recordings.fetch import fetch as fetching
+from afferents.recordings.fetch import listing
 from afferents.recordings.fetch.listing import format_manifest, read_manifest
 
 from ...limits import files_no_larger_than
@@ -266,6 +267,57 @@ def test_what_is_no_list_of_the_hub_is_refused(site, tmp_path, answer):
         afferents.fetch("cluster-haptic-accel", tmp_path, quiet=True)
 
 
+TREE = "/repos/LIMB-UCF/NTP/git/trees/HEAD"
+
+
+@pytest.fixture
+def github(site, serve_as, monkeypatch):
+    """The files of a repository as GitHub lists and serves them."""
+    monkeypatch.setattr(listing, "RAW", site.url + "/raw")
+    files = {"data/processed/T0/Data[T(0)].csv": bytes(9_000), "data/raw/T0/x.csv": b"x"}
+    rows = [{"type": "blob", "path": path, "size": len(files[path])} for path in files]
+    rows += [{"type": "tree", "path": "data"}, {"type": "blob", "path": ".gitignore", "size": 1}]
+    site.files = {f"/raw/LIMB-UCF/NTP/HEAD/{path}": content for path, content in files.items()}
+    site.pages = {TREE: json.dumps({"tree": rows, "truncated": False})}
+    serve_as("ntp", TREE)
+    return files
+
+
+def test_a_repository_of_github(github, tmp_path, capsys):
+    found = afferents.fetch("ntp", tmp_path / "d", quiet=True)
+    assert here(tmp_path / "d") == {path: github[path] for path in github if "raw" not in path}
+    assert (found.fetched, found.n_bytes) == (1, 9_000)
+    said = capsys.readouterr().err
+    assert "Licence: none named: ask its authors" in said
+    assert "1 file(s), 9.0 kB, listed by" in said
+
+
+@pytest.mark.usefixtures("github")
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        ("<html>", "GitHub's list of files, found another answer"),
+        ('{"message": "Not Found"}', "GitHub's list of files, found another answer"),
+        ('{"tree": [], "truncated": true}', "a list of all files, found one that was cut off"),
+    ],
+)
+def test_what_is_no_list_of_github_is_refused(site, tmp_path, answer, expected):
+    site.pages = {TREE: answer}
+    with pytest.raises(InputError, match=expected):
+        afferents.fetch("ntp", tmp_path, quiet=True)
+
+
+def test_sets_on_github_are_described():
+    sets = fetching.public_sets()
+    for name in (name for name in sets if "api.github.com" in sets[name].url):
+        assert re.fullmatch(
+            r"https://api\.github\.com/repos/[^/]+/[^/]+/git/trees/HEAD", sets[name].url
+        )
+        assert name in PACKAGED
+        assert name in sets[name].next_step
+        assert sets[name].only
+
+
 def test_where_the_hub_is_asked():
     """The list's form is what tells it from a landing page."""
     for name in ("cluster-haptic-accel", "cluster-haptic-audio"):
@@ -301,4 +353,7 @@ def test_the_command(site, tmp_path, run):
     code, out, _ = run(*given, "--quiet")
     assert out.splitlines()[1] == f"Next: afferents inspect fabricslide:{folder}"
     code, _, err = run("fetch", "nothing", tmp_path)
-    assert (code, "one of pestell2022, fabricslide, cluster-haptic-acc" in err) == (2, True)
+    assert (
+        code,
+        "one of pestell2022, fabricslide, cluster-haptic-accel, cluster-haptic-audio, ntp" in err,
+    ) == (2, True)

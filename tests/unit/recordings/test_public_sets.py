@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import scipy.io
 import soundfile
 
 import afferents
@@ -169,6 +170,83 @@ def test_printed_textures_are_found_wherever_they_lie(tmp_path, below):
     session = data_set_of(f"ntp:{ntp(tmp_path, (1,), below)}").scan()
     assert session.textures == ("001",)
     assert len(session.recordings) == 6
+
+
+def biotac(folder, textures=(1, 12, 20)):
+    """Write a part of BioTac_slide_20_50: 22 samples a row, rows at the times they arrived."""
+    for texture, trial in product(textures, (1, 2, 3)):
+        rng = np.random.default_rng([texture, trial])
+        hz, at = 40 * 1.3 ** (texture / 2), np.arange(300 * 22) / 2200
+        pac = np.abs(
+            100 * np.sin(2 * np.pi * hz * at + rng.uniform(0, 6)) + rng.normal(0, 9, at.size)
+        )
+        columns = {"timestamp": 1.58e9 + np.arange(300) / 100, "tdc": 3, "tac": 100, "pdc": 90}
+        rows = pac.round().astype(int).reshape(300, 22)
+        columns |= {f"pac{n + 1}": rows[:, n] for n in range(22)} | {"ele1": 65, "ele19": 26}
+        table = pd.DataFrame(columns)
+        table[""] = ""  # rows end in a separator, their names don't
+        path = folder / f"mat{texture}" / f"mat{texture}_{trial}_bio.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lines = table.to_csv(index=False).splitlines(True)
+        path.write_text("".join([lines[0].rstrip(",\n") + "\n", *lines[1:]]))
+    return folder
+
+
+def test_materials_under_a_biotac_are_learnt_from(tmp_path):
+    source = f"biotac-slide:{biotac(tmp_path / 'd')}"
+    found = afferents.inspect(source, tmp_path / "look", quiet=True)
+    assert found.problems == []
+    said = " ".join(found.sentences)
+    assert "9 recordings of 3 textures (mat1, mat12, mat20) at 1 speed (25 mm/s)" in said
+    assert "Nothing confirms the 2200 Hz declared" in said
+    one = data_set_of(source).scan().recordings[0]
+    assert one.conditions == {"trial": 1}
+    response = one.audio.read()
+    assert response.attrs == {"sample_rate_hz": 2200, "units": "counts"}
+    assert response.channel.values.tolist() == ["pac"]
+    assert response.sizes["audio_time"] == 6600
+
+    options = {"models": "nearest", "split": "trial", "workers": 1, "quiet": True}
+    models = afferents.evaluate(source, tmp_path / "results", **options).summary["models"]
+    assert models["nearest"]["nested"]["mean_accuracy"] > 0.9
+
+
+def strokes(folder):
+    """Write a part of vibrotexturerecog: a MATLAB struct of columns a stroke."""
+    for (n, texture), gain, trial in product(
+        enumerate(("still", "tkan")), (500, 2000, 7000), (1, 2)
+    ):
+        rng = np.random.default_rng([n, gain, trial])
+        at = np.arange(round(60000 / gain) + 150)[:, None] / 100
+        wave = np.sin(2 * np.pi * (1 + n) * gain / 500 * at)
+        trial_of = {
+            "set_point_4": np.full_like(at, 0.25),
+            "pac0": 2000 + 50 * wave + rng.normal(size=at.shape),
+            "pac1": 2000 + 50 * wave + rng.normal(size=at.shape), "label": texture[:3],
+            "velocity": -float(gain), "filename": f"{texture}_vel1.csv",
+        }  # fmt: skip
+        path = folder / "data_by_trials" / texture / f"{gain}/trial{trial}.mat"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        scipy.io.savemat(path, {"tosave": trial_of})
+    return folder
+
+
+def test_strokes_of_a_shadow_hand_are_read(tmp_path):
+    source = f"vibrotexturerecog:{strokes(tmp_path / 'd')}"
+    found = afferents.inspect(source, tmp_path / "look", quiet=True)
+    assert found.problems == []
+    assert "12 recordings of 2 textures (still, tkan)" in " ".join(found.sentences)
+    one = data_set_of(source).scan().recordings[0]
+    assert (one.texture, one.speed_mm_s, one.conditions) == (
+        "still",
+        None,
+        {"gain": 2000, "trial": 1},
+    )
+    response = one.audio.read()
+    assert response.channel.values.tolist() == ["tosave/pac0", "tosave/pac1"]
+    options = {"models": "nearest", "split": "gain", "workers": 1, "quiet": True}
+    results = afferents.evaluate(source, tmp_path / "results", **options)
+    assert set(results.summary["models"]["nearest"]["nested"]["by"]) == {"500", "2000", "7000"}
 
 
 REAL = Path(__file__).resolve().parents[3] / "../shared/datasets/ntp"

@@ -34,7 +34,7 @@ from afferents.recordings.ros_messages import (
     typestore,
 )
 from afferents.recordings.video import VideoFile
-from afferents.robots.bags import _drum, _sound_of_file, _write
+from afferents.robots.bags import drum_messages, sound_messages, write_bag
 
 NAME = "4/60"
 
@@ -100,7 +100,7 @@ def test_a_recording_comes_back_as_it_went(rig, tmp_path):
 def test_the_name_of_a_sound_file_need_not_be_text(tmp_path):
     path = tmp_path / os.fsdecode(b"\xff.wav")
     soundfile.write(os.fsencode(path), np.zeros((800, 2)), 8000)
-    blocks = [*_sound_of_file(Messages(typestore()), WavFile(path))]
+    blocks = [*sound_messages(Messages(typestore()), WavFile(path))]
     assert [block.at_ns for block in blocks] == [0]
 
 
@@ -149,7 +149,7 @@ def test_what_was_logged_before_the_zero_is_left_out(tmp_path):
     drum = Drum(circumference_mm=250, contact_mm=16, zero=MARK)
     way = DrumPath(drum, np.array([-1.0, 0.0, 1.0]), np.array([0.0, 40.0, 80.0]))
     types = typestore()
-    _write(tmp_path / "bag", types, [_drum(Messages(types), way)], NAME)
+    write_bag(tmp_path / "bag", types, [drum_messages(Messages(types), way)], NAME)
     found = [(at_ns, m.data) for at_ns, m in messages(tmp_path / "bag", "/drum/position_mm")]
     assert found == [(0, 40.0), (10**9, 80.0)]
 
@@ -335,7 +335,7 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(rig, fails, tmp_path):
     timeless.write_text('{"texture": "4"}\n')
     for source, options, said in (
         (session, ("--recording", "7/60"), "'7/60'"),
-        (store, ("--store", store), "a session beside it"),
+        (store, ("--store", store), "a session with it"),
         (store, ("--percepts", felt), "lines that 'afferents live --json' wrote"),
         (store, ("--percepts", timeless), "timeless: expected lines that"),
     ):

@@ -16,7 +16,7 @@ import pytest
 import afferents
 from afferents.channels import CHANNELS
 from afferents.recordings.data_sets import read_session
-from afferents.robots.lerobot import stats_of, together
+from afferents.robots.lerobot import compute_stats, merge_stats
 from afferents.store.zarr_store import open_responses
 
 VIDEO = "observation.images.fingertip"
@@ -147,7 +147,10 @@ def test_pictures_lie_at_the_times_that_the_episodes_say(exported, small_session
 def test_statistics_of_parts_are_those_of_the_whole():
     rng = np.random.default_rng(0)
     parts = [rng.normal(n, 1 + n, (50 + 30 * n, 4)) for n in range(3)]
-    found, whole = together([stats_of(part) for part in parts]), stats_of(np.concatenate(parts))
+    found, whole = (
+        merge_stats([compute_stats(part) for part in parts]),
+        compute_stats(np.concatenate(parts)),
+    )
     for name in ("min", "max", "mean", "std", "count"):
         np.testing.assert_allclose(found[name], whole[name])
 

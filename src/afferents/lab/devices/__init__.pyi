@@ -53,10 +53,10 @@ from .found import (
     find_devices as find_devices,
 )
 from .picture import (
-    is_torn as is_torn,
+    decode_picture as decode_picture,
 )
 from .picture import (
-    picture_of as picture_of,
+    is_torn as is_torn,
 )
 from .portable import (
     PortableCamera as PortableCamera,
@@ -74,7 +74,7 @@ from .table import (
     MICROPHONES as MICROPHONES,
 )
 from .table import (
-    device_of as device_of,
+    make_device as make_device,
 )
 from .v4l2.camera import (
     V4l2Camera as V4l2Camera,

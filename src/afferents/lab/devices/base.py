@@ -1,4 +1,4 @@
-"""What a camera, a microphone and a drive are to whoever records: one clock, nothing hidden.
+"""What a camera, a microphone and a drive are to a recording: one clock, nothing hidden.
 
 All times are seconds of the monotonic clock (``time.monotonic()``), so that picture, sound
 and drum can be laid on one another.
@@ -8,6 +8,7 @@ import math
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
@@ -110,17 +111,17 @@ class CameraSettings:
     Attributes
     ----------
     name
-        What it calls itself.
+        Its own name for itself.
     format
         ``MJPG``, ``GREY``, ``YUYV``...: four characters as V4L2 has them.
     width, height
         Size, px.
     fps_hz
-        Frames a second that it says it gives; where it says none, those asked for, or NaN.
+        Frames a second that it reports; where it reports none, those requested, or NaN.
     controls
         Name of each control to its value, in the driver's units.
     unknown
-        What this way of reading a camera can't tell, a phrase each.
+        What this way of reading a camera can't report, a phrase each.
     """
 
     name: str
@@ -145,7 +146,7 @@ class MicrophoneSettings:
     Attributes
     ----------
     name
-        What it calls itself.
+        Its own name for itself.
     rate_hz
         Samples a second.
     channels
@@ -216,14 +217,14 @@ class Options(StrictForm):
 
 
 class CameraOptions(Options):
-    """What may be asked of any camera.
+    """Options that any camera has.
 
     Attributes
     ----------
     width, height
-        Size asked for, px; None for its own.
+        Requested size, px; None for its own.
     fps_hz
-        Frames a second asked for; None for its own.
+        Requested frames a second; None for its own.
     """
 
     width: Annotated[int, Field(ge=16, le=8192)] | None = 640
@@ -264,7 +265,7 @@ class Device(ABC):
 
 
 class _Stream(Device):
-    """Gives frames or blocks, in a thread of its own, until it is told to end.
+    """Gives frames or blocks, in a thread of its own, until `end` is called.
 
     `_handle` is what `open` opened, which has a `close`; None while nothing is open.
     """
@@ -371,7 +372,7 @@ class Drive(Device):
 
     @abstractmethod
     def start(self, speed_mm_s: float) -> None:
-        """Turn at this speed, mm/s, until another is asked for or `stop`.
+        """Turn at this speed, mm/s, until another `start` or `stop`.
 
         Raises
         ------
@@ -413,6 +414,31 @@ class Drive(Device):
         """Stop the drum; never raises. Called on any way out."""
 
 
+WINDOW_S = 0.25
+"""Speed is the slope of the positions of this time, s."""
+LEAST_S = 0.02
+"""In less time, s, the slope is that of single counts."""
+
+
+class SpeedFromPosition:
+    """The slope of the newest positions, by least squares."""
+
+    def __init__(self) -> None:
+        """Begin without positions."""
+        self._seen: deque[tuple[float, float]] = deque()
+
+    def read(self, time_s: float, position_mm: float) -> float:
+        """Take in a position; return the speed, mm/s; 0 before `LEAST_S` are over."""
+        self._seen.append((time_s, position_mm))
+        while len(self._seen) > 2 and self._seen[1][0] <= time_s - WINDOW_S:
+            self._seen.popleft()
+        times, positions = np.array(self._seen).T
+        if times[-1] - times[0] < LEAST_S:
+            return 0.0
+        times = times - times.mean()
+        return float((times * positions).sum() / (times**2).sum())
+
+
 class ByHandOptions(Options):
     """A drum that something else turns."""
 
@@ -438,7 +464,7 @@ class ByHand(Drive):
         """Close nothing."""
 
     def start(self, speed_mm_s: float) -> None:
-        """Leave it to whoever turns the drum."""
+        """Do nothing: someone else turns the drum."""
 
     def query(self) -> DriveState:
         """Return the time, and that the rest is unknown."""

@@ -17,11 +17,12 @@ class HostClock:
     Parameters
     ----------
     drift
-        Clocks may drift apart by this much, s a second; the least difference is forgotten so fast.
+        Clocks may drift apart by this much, s a second; the least difference is
+        forgotten at this rate.
     """
 
     def __init__(self, drift: float = DRIFT) -> None:
-        """Know nothing yet."""
+        """Begin without stamps."""
         self._drift = drift
         self._least_s, self._at_s = float("inf"), 0.0
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from afferents.errors import AfferentsError, InputError
-from afferents.lab.devices.drives.line import list_presets
+from afferents.lab.devices.drives.template import list_presets
 from afferents.lab.devices.portaudio import import_portaudio
-from afferents.lab.devices.v4l2.node import Mode, Node, modes
+from afferents.lab.devices.v4l2.node import Mode, Node
 from afferents.plugins import how_to_install
 
 
@@ -67,7 +67,7 @@ class Found:
 
 
 def find_devices(folder: Path = Path("/dev")) -> Found:
-    """Look at what is plugged in; what can't be looked at is said, and no error.
+    """Look at what is plugged in; what can't be looked at becomes a note, and no error.
 
     Parameters
     ----------
@@ -76,7 +76,17 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
     """
     drives = [*(f"serial ({name})" for name in list_presets()), "dynamixel", "none"]
     found = Found(drives=drives)
-    _look_at_cameras(found, folder)
+    if sys.platform == "linux":
+        lasting = {link.resolve(): str(link) for link in (folder / "v4l" / "by-id").glob("*")}
+        for path in sorted(folder.glob("video*"), key=lambda path: (len(path.name), path)):
+            try:
+                with closing(Node(str(path))) as node:
+                    camera = str(path), node.name, tuple(node.modes()), lasting.get(path.resolve())
+                    found.cameras.append(FoundCamera(*camera))
+            except AfferentsError as error:
+                found.notes.append(str(error))
+    else:
+        found.notes.append(f"cameras: they can be listed on Linux only, not on {sys.platform}")
     try:
         found.microphones += [
             FoundMicrophone(
@@ -93,22 +103,3 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
     except ImportError:
         found.notes.append(f"serial ports: to see them, {how_to_install('lab')}")
     return found
-
-
-def _look_at_cameras(found: Found, folder: Path) -> None:
-    if sys.platform != "linux":
-        found.notes.append(f"cameras: they can be listed on Linux only, not on {sys.platform}")
-        return
-    lasting = {link.resolve(): str(link) for link in (folder / "v4l" / "by-id").glob("*")}
-    for path in sorted(folder.glob("video*"), key=_number):
-        try:
-            with closing(Node(str(path))) as node:
-                stays = lasting.get(path.resolve())
-                found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node)), stays))
-        except AfferentsError as error:
-            found.notes.append(str(error))
-
-
-def _number(path: Path) -> tuple[int, str]:
-    digits = "".join(filter(str.isdigit, path.name))
-    return int(digits or 0), path.name

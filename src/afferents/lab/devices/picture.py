@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 from afferents.lab.devices.base import CameraSettings
 
 Luma = NDArray[np.uint8]
+Picture = tuple[Luma, Luma | None]
 
 LIMITED = np.clip((np.arange(256) - 16) * 255 / 219, 0, 255).round().astype(np.uint8)
 """Grey level of each luma value from 16 to 235, as cameras give YUYV."""
 
 
-def picture_of(data: bytes, settings: CameraSettings) -> tuple[Luma, Luma | None] | None:
+def decode_picture(data: bytes, settings: CameraSettings) -> Picture | None:
     """Decode what a camera gave.
 
     Parameters
@@ -45,7 +46,7 @@ def picture_of(data: bytes, settings: CameraSettings) -> tuple[Luma, Luma | None
 
 
 def is_torn(data: bytes, settings: CameraSettings) -> bool:
-    """Tell whether data are cut short: a JPEG without its beginning or end, too few pixels."""
+    """Return whether data are cut short: a JPEG without its beginning or end, too few pixels."""
     if settings.format == "MJPG":
         # Cameras fill up with zeros after the end.
         return not (data.startswith(b"\xff\xd8") and data.rstrip(b"\0").endswith(b"\xff\xd9"))

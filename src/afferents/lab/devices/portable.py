@@ -27,7 +27,7 @@ UNKNOWN = (
 
 
 class PortableOptions(CameraOptions):
-    """A camera through FFmpeg, beside what may be asked of any.
+    """A camera through FFmpeg: the options that FFmpeg adds.
 
     Attributes
     ----------
@@ -62,20 +62,20 @@ class PortableCamera(Camera):
             If there is none, it is busy, or it gives another size.
         """
         self._ended.clear()
-        container = self._opened()
+        container = self._open_container()
         stream = container.streams.video[0]
         options, found = self.options, (stream.width, stream.height)
-        asked = (options.width or found[0], options.height or found[1])
-        if found != asked:
+        wanted = (options.width or found[0], options.height or found[1])
+        if found != wanted:
             container.close()
             raise InputError(
-                f"camera {options.device}: expected {asked[0]} x {asked[1]} px, found {found[0]} "
+                f"camera {options.device}: expected {wanted[0]} x {wanted[1]} px, found {found[0]} "
                 f"x {found[1]} px; ask for a size that it has"
             )
         self._handle = container
         rate = stream.guessed_rate or stream.average_rate or options.fps_hz or "nan"
         self.settings = CameraSettings(
-            options.device, _format(stream) or "GREY", *found, float(rate), {}, UNKNOWN
+            options.device, _kept_format(stream) or "GREY", *found, float(rate), {}, UNKNOWN
         )
 
     def frames(self) -> Iterator[Frame]:
@@ -88,28 +88,28 @@ class PortableCamera(Camera):
                 if self._ended.is_set():
                     return
                 if packet.size:
-                    stamp = (
-                        arrived_s if packet.pts is None else float(packet.pts * packet.time_base)
-                    )
-                    time_s = clock.read(stamp, arrived_s)
+                    stamp_s = arrived_s
+                    if packet.pts is not None:
+                        stamp_s = float(packet.pts * packet.time_base)
+                    time_s = clock.read(stamp_s, arrived_s)
                     data = self._data(packet)
                     yield Frame(sequence, time_s, packet.is_corrupt or data is None, data or b"")
         except (av.FFmpegError, OSError) as error:
             raise self._lost(reason_of(error).lower()) from error
         raise self._lost("no more frames")
 
-    def _opened(self) -> InputContainer:
-        options, asked = self.options, [{"fflags": "nobuffer"}]
+    def _open_container(self) -> InputContainer:
+        options, mode = self.options, {"fflags": "nobuffer"}
+        modes = [mode]
         if self._driver in DRIVERS.values():
-            mode = asked[0]
             if options.width is not None and options.height is not None:
                 mode = mode | {"video_size": f"{options.width}x{options.height}"}
             if options.fps_hz is not None:
                 mode = mode | {"framerate": f"{options.fps_hz:g}"}
-            # Readers have words of their own for JPEG, and pass over one that they do not know; a
+            # Readers have their own words for JPEG, and pass over one that they do not know; a
             # camera that can't be opened with one is tried without.
-            asked = [mode | {"input_format": "mjpeg"}, mode | {"vcodec": "mjpeg"}, mode]
-        for wanted in asked:
+            modes = [mode | {"input_format": "mjpeg"}, mode | {"vcodec": "mjpeg"}, mode]
+        for wanted in modes:
             try:
                 return av.open(options.device, format=self._driver, options=wanted)
             except (av.FFmpegError, OSError, ValueError) as error:
@@ -119,14 +119,14 @@ class PortableCamera(Camera):
 
     def _data(self, packet: Any) -> bytes | None:
         """Return a frame as it came, or in grey where there is no name for how it came."""
-        if _format(packet.stream):
+        if _kept_format(packet.stream):
             return bytes(packet)
         for frame in packet.decode():
             return bytes(frame.reformat(format="gray").to_ndarray().tobytes())
         return None
 
 
-def _format(stream: Any) -> str:
+def _kept_format(stream: Any) -> str:
     """Return the name of what is kept as it comes; none for what must be decoded."""
     coded = stream.codec_context
     return "MJPG" if coded.name == "mjpeg" else RAW.get(f"{coded.name} {coded.pix_fmt}", "")

@@ -16,7 +16,7 @@ from afferents.lab.devices.clock import HostClock
 from afferents.plugins import how_to_install
 
 SILENT_S = 2.0
-"""One that gives nothing for so long has vanished: sound cards never pause."""
+"""A microphone that gives nothing for this time, s, has vanished: sound cards never pause."""
 LOOK_S = 0.1
 
 
@@ -36,7 +36,7 @@ class PortAudioOptions(Options):
     buffer_s
         How long the writer may be busy elsewhere before sound is lost, s.
     settle_s
-        What is heard so soon after it was opened is thrown away, s: until then a sound server's
+        Sound of this time after it was opened is thrown away, s: until then a sound server's
         times are off by up to half a second.
     """
 
@@ -62,7 +62,7 @@ class PortAudioMicrophone(Microphone):
     _opened = False
 
     def open(self) -> None:
-        """Open it; PortAudio is told to look for devices again if it was open before.
+        """Open it; if it was open before, PortAudio looks for devices again.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class PortAudioMicrophone(Microphone):
         self._ended.wait(self._settled_s - time.monotonic())
         while not self._blocks.empty():
             self._blocks.get()
-        self._lost_some = False  # before now: nobody listened, and the queue may have been full
+        self._lost_some = False  # before now nothing read the queue, which may have been full
         last_s = time.monotonic()
         while not self._ended.is_set():
             try:

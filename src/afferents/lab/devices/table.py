@@ -25,7 +25,7 @@ DRIVES: dict[str, type[Drive]] = {
 }
 
 
-def device_of(
+def make_device(
     kinds: Mapping[str, type[Made]], table: Mapping[str, Any], where: object, *more: object
 ) -> Made:
     """Return the device that a table of a plan describes, unopened.
@@ -48,10 +48,10 @@ def device_of(
 
     Examples
     --------
-    A drive of one's own is a class with a form of its options:
+    Your own drive is a class with a form of its options:
 
     >>> import time
-    >>> from afferents.lab.devices import Drive, DriveLimits, DriveState, Options, device_of
+    >>> from afferents.lab.devices import Drive, DriveLimits, DriveState, Options, make_device
     >>> class Belt(Drive):
     ...     class Options(Options):
     ...         kind: str = "belt"
@@ -68,7 +68,7 @@ def device_of(
     ...         self.speed = 0.0
     ...     def close(self):
     ...         self.stop()
-    >>> with device_of({"belt": Belt}, {"kind": "belt"}, "[drive]") as belt:
+    >>> with make_device({"belt": Belt}, {"kind": "belt"}, "[drive]") as belt:
     ...     belt.start(20.0)
     ...     belt.read().speed_mm_s
     20.0

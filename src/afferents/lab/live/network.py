@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.channels import channel_of
-from afferents.encodings.base import ImageEncoding, ImageStream
-from afferents.encodings.settings import encoding_of
+from afferents.encodings.base import ImageStream
+from afferents.encodings.frames import ImageEncoding
+from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError, reading, then
-from afferents.models.card import METADATA, Card, names_of, parse_card
+from afferents.models.card import METADATA, Card, parse_card, tensor_names
 from afferents.plugins import import_extra
 
 
@@ -57,7 +58,7 @@ class Network:
         self.card: Card = parse_card(text, path)
         self._check()
         self.channel = channel_of(self.card.channel)
-        self.encoding = encoding_of(self.card.encoding, path)
+        self.encoding = read_encoding(self.card.encoding, path)
         self._stream: ImageStream | None = None
         if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does
             self._stream = self.encoding.stream(self.channel.lookback)
@@ -67,7 +68,7 @@ class Network:
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
         found = {o.name: tuple(o.shape) for o in self._session.get_outputs()}
         self._stepping = "past" in shapes
-        inputs, outputs = names_of(self._stepping)
+        inputs, outputs = tensor_names(self._stepping)
         self._input = inputs[0]
         shape = (1, *(self.card.shape[1:] if self._stepping else self.card.shape))
         says = (1, len(self.card.textures))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.lab.live.images import Filled
-from afferents.spikes.afferents import afferent_classes, held
+from afferents.spikes.afferents import afferent_classes, can_hold
 from afferents.spikes.stream import MarkerUnits, VibrationUnits
 from afferents.spikes.units import UNIT_MODELS, Fired
 
@@ -166,7 +166,7 @@ class VibrationRaster(Raster):
     def begin(self) -> None:
         """Forget all."""
         afferent = afferent_classes()["PC"]
-        if any(held(afferent.bands_hz, self._rate_hz)):
+        if any(can_hold(afferent.bands_hz, self._rate_hz)):
             units = VibrationUnits(afferent, _MODEL, self._rate_hz)
             self._classes = [_Class(units, range(len(afferent.bands_hz)))]
 

@@ -126,7 +126,7 @@ class Camera(DeviceSource):
                 f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave "
                 "it out"
             )
-        self._camera = devices.device_of(devices.CAMERAS, asked, f"camera {device}")
+        self._camera = devices.make_device(devices.CAMERAS, asked, f"camera {device}")
         self._taken: deque[float] = deque()
         self._said_s = -np.inf
         super().__init__(self._camera)
@@ -137,7 +137,7 @@ class Camera(DeviceSource):
     def _take(self) -> Iterator[Event]:
         self._taken.clear()
         for frame in self._camera.frames():
-            seen = devices.picture_of(frame.data, self._camera.settings)
+            seen = devices.decode_picture(frame.data, self._camera.settings)
             arrived_s = time.monotonic()
             if seen is not None:
                 yield CameraFrame(Frame(frame.time_s, *seen), arrived_s, frame.damaged)
@@ -215,4 +215,4 @@ def sound_of(block: devices.Block, samples: NDArray[np.int16], count: devices.Sa
 def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:
     """Return PortAudio's microphone, unopened."""
     asked = {"kind": "portaudio", "device": device, "rate_hz": rate_hz, "channels": n_channels}
-    return devices.device_of(devices.MICROPHONES, asked, f"microphone {device}")
+    return devices.make_device(devices.MICROPHONES, asked, f"microphone {device}")

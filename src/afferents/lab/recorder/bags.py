@@ -6,7 +6,7 @@ or Foxglove's RawAudio. Times are those of the messages' headers, else those of 
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,28 +19,18 @@ from numpy.typing import NDArray
 from afferents.errors import InputError, reading
 from afferents.lab.devices.base import CameraSettings
 from afferents.lab.writers import VideoWriter
-from afferents.recordings.ros_messages import (
-    NS,
-    PCM,
-    PICTURE,
-    RAW_PICTURE,
-    ROS_SOUND,
-    ROS_SOUND_INFO,
-    ROS_SOUND_STAMPED,
-    SOUND,
-    typestore,
-)
+from afferents.recordings import ros_messages as ros
 
-_PICTURES = (PICTURE, RAW_PICTURE)
-_SOUNDS = (SOUND, ROS_SOUND, ROS_SOUND_STAMPED)
+_PICTURES = (ros.PICTURE, ros.RAW_PICTURE)
+_SOUNDS = (ros.SOUND, ros.ROS_SOUND, ros.ROS_SOUND_STAMPED)
 _GREY = ("mono8", "8UC1")
 _USUAL_HZ = 44_100
 _CODINGS, _SAMPLES = ("", "wave", "pcm"), ("", "S16LE")
-"""What an AudioInfo says of sound that is neither compressed nor of other samples."""
+"""What an AudioInfo states of sound that is neither compressed nor of other samples."""
 _LOST_S, _LOST_UNSTAMPED_S = 0.02, 0.1
-"""Sound may lag so far behind the times of its messages, s: the bag's own vary more."""
+"""Sound may lag this far behind the times of its messages, s: the bag's own vary more."""
 _DRIFT = 5e-4
-"""So far a sound card's clock may be off."""
+"""A sound card's clock may be off by this share."""
 JPEG = b"\xff\xd8"
 
 
@@ -55,7 +45,7 @@ class Bag:
     image, audio
         Topics; None for the only one of its kind (sound may be lacking).
     audio_rate_hz, audio_channels
-        Of sound whose messages do not say it; None to take what an AudioInfo says, else 44100
+        Of sound whose messages do not state it; None for what an AudioInfo states, else 44100
         and 1.
     """
 
@@ -76,9 +66,9 @@ class ImportedFiles(NamedTuple):
     time_s
         When each frame was taken, (n_frames,), s.
     audio_start_s
-        When the first sample was taken, on the same clock; None for with the first frame.
+        When the first sample was taken, on the same clock.
     where, origin
-        What somebody named, for an error and for `run.json`.
+        What a user named, for an error and for `run.json`.
     sequence
         The camera's numbers of the frames, (n_frames,); None where it has none.
     """
@@ -86,7 +76,7 @@ class ImportedFiles(NamedTuple):
     video: Path
     audio: Path | None
     time_s: NDArray[np.float64]
-    audio_start_s: float | None
+    audio_start_s: float
     where: Path
     origin: dict[str, str]
     sequence: NDArray[np.int64] | None = None
@@ -101,31 +91,24 @@ def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
         If the bag can't be read, lacks the topics, or holds what is no picture or sound, or not
         the whole of it.
     """
-    with _open_bag(bag.path) as reader:
-        pictures = _topic(reader, bag.path, _PICTURES, bag.image, "--image-topic", "pictures")
-        sounds = _topic(reader, bag.path, _SOUNDS, bag.audio, "--audio-topic", "sound")
-        if pictures is None:
-            there = ", ".join(sorted(reader.topics)) or "no topic"
-            raise InputError(f"{bag.path}: expected a topic of pictures, found {there}")
-        video, audio = folder / "video.mp4", folder / "audio.wav"
-        time_s = np.array(_write_video(reader, pictures, bag.path, video))
-        start_s = _write_sound(reader, sounds, bag, audio) if sounds else None
-        heard, origin = audio if sounds else None, {"bag": str(bag.path)}
-        return ImportedFiles(video, heard, time_s, start_s, bag.path, origin)
-
-
-@contextmanager
-def _open_bag(path: Path) -> Iterator[Any]:
-    """Open a bag; what goes wrong in reading it is said in a sentence."""
-    store = typestore()
+    store, path = ros.typestore(), bag.path
     from rosbags.highlevel import AnyReader
 
     what = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag) that can be read to its end"
     with reading(path, what), AnyReader([path], default_typestore=store) as reader:
-        yield reader
+        pictures = _choose_topic(reader, path, _PICTURES, bag.image, "--image-topic", "pictures")
+        sounds = _choose_topic(reader, path, _SOUNDS, bag.audio, "--audio-topic", "sound")
+        if pictures is None:
+            there = ", ".join(sorted(reader.topics)) or "no topic"
+            raise InputError(f"{path}: expected a topic of pictures, found {there}")
+        video, audio = folder / "video.mp4", folder / "audio.wav"
+        time_s = np.array(_write_video(reader, pictures, path, video))
+        start_s = _write_sound(reader, sounds, bag, audio) if sounds else float(time_s[0])
+        heard = audio if sounds else None
+        return ImportedFiles(video, heard, time_s, start_s, path, {"bag": str(path)})
 
 
-def _topic(
+def _choose_topic(
     reader: Any, path: Path, types: Sequence[str], named: str | None, option: str, what: str
 ) -> Any:
     """Return the connection of a topic: the one that is named, or the only one of its types."""
@@ -145,23 +128,23 @@ def _topic(
     return next(iter(fitting.values()), None)
 
 
-def _messages(reader: Any, connection: Any) -> Iterator[tuple[float, Any]]:
+def _read_messages(reader: Any, connection: Any) -> Iterator[tuple[float, Any]]:
     """Yield a topic's messages and when each was made, s: by its header, if set, else the bag."""
     for _, at_ns, data in reader.messages(connections=[connection]):
         message = reader.deserialize(data, connection.msgtype)
         stamp = getattr(message, "timestamp", None) or getattr(
             getattr(message, "header", None), "stamp", None
         )
-        made_ns = 0 if stamp is None else stamp.sec * NS + stamp.nanosec
-        yield (made_ns or at_ns) / NS, message
+        made_ns = 0 if stamp is None else stamp.sec * ros.NS + stamp.nanosec
+        yield (made_ns or at_ns) / ros.NS, message
 
 
 def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list[float]:
     """Write pictures: JPEGs as they came, raw ones without loss. Return their times, s."""
     times_s: list[float] = []
     with ExitStack() as files:
-        for at_s, message in _messages(reader, connection):
-            format_, size, data = _picture(message, path)
+        for at_s, message in _read_messages(reader, connection):
+            format_, size, data = _read_picture(message, path)
             if not times_s:
                 first, settings = (format_, size), CameraSettings(str(path), format_, *size, 90.0)
                 video = files.enter_context(closing(VideoWriter(target, settings)))
@@ -182,50 +165,40 @@ def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list
     return times_s
 
 
-def _picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes]:
-    """Return a picture's format, its width and height, and its content as `Film` takes it."""
+def _read_picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes]:
+    """Return a picture's format, its width and height, and its content as `VideoWriter` has it."""
     data = np.asarray(message.data, np.uint8)
     if hasattr(message, "format"):
         content = data.tobytes()
         if not content.startswith(JPEG):
-            said = f"'{message.format}'"
-            raise InputError(f"{path}: expected compressed pictures that are JPEGs, found {said}")
-        return "MJPG", _jpeg_size(content, path), content
+            found = f"'{message.format}'"
+            raise InputError(f"{path}: expected compressed pictures that are JPEGs, found {found}")
+        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+        if picture is None:
+            raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
+        return "MJPG", (picture.shape[1], picture.shape[0]), content
     width, height = int(message.width), int(message.height)
-    return "GREY", (width, height), _grey(message, data, path).tobytes()
-
-
-def _jpeg_size(content: bytes, path: Path) -> tuple[int, int]:
-    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
-    if picture is None:
-        raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
-    return picture.shape[1], picture.shape[0]
-
-
-def _grey(message: Any, data: NDArray[np.uint8], path: Path) -> NDArray[np.uint8]:
-    """Return a raw picture's grey levels, (height, width)."""
-    rows = data[: message.height * message.step].reshape(message.height, message.step)
+    rows = data[: height * message.step].reshape(height, message.step)
     if message.encoding in _GREY:
-        return np.ascontiguousarray(rows[:, : message.width])
-    turned = {"bgr8": cv2.COLOR_BGR2GRAY, "rgb8": cv2.COLOR_RGB2GRAY}
-    if message.encoding not in turned:
-        known = ", ".join((*_GREY, *turned))
-        raise InputError(
-            f"{path}: expected pictures encoded as {known}, found '{message.encoding}'"
-        )
-    colours = rows[:, : 3 * message.width].reshape(message.height, message.width, 3)
-    return np.asarray(cv2.cvtColor(colours, turned[message.encoding]), np.uint8)
+        return "GREY", (width, height), rows[:, :width].tobytes()
+    codes = {"bgr8": cv2.COLOR_BGR2GRAY, "rgb8": cv2.COLOR_RGB2GRAY}
+    if message.encoding not in codes:
+        known, found = ", ".join((*_GREY, *codes)), f"'{message.encoding}'"
+        raise InputError(f"{path}: expected pictures encoded as {known}, found {found}")
+    colours = rows[:, : 3 * width].reshape(height, width, 3)
+    grey = np.asarray(cv2.cvtColor(colours, codes[message.encoding]), np.uint8)
+    return "GREY", (width, height), grey.tobytes()
 
 
 def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
     """Write sound as 16-bit wav; return when its first sample was taken, s."""
-    rate_hz, channels = (0, 0) if connection.msgtype == SOUND else _declared(reader, bag)
+    rate_hz, channels = (0, 0) if connection.msgtype == ros.SOUND else _read_sound_info(reader, bag)
     blocks, came_s, heard_s = [], [], [0.0]
-    for at_s, message in _messages(reader, connection):
-        if connection.msgtype == SOUND:
-            if message.format != PCM:
+    for at_s, message in _read_messages(reader, connection):
+        if connection.msgtype == ros.SOUND:
+            if message.format != ros.PCM:
                 raise InputError(
-                    f"{bag.path}: expected sound of format '{PCM}', found '{message.format}'"
+                    f"{bag.path}: expected sound of format '{ros.PCM}', found '{message.format}'"
                 )
             rate_hz, channels = int(message.sample_rate), int(message.number_of_channels)
         content = getattr(message, "audio", message).data
@@ -258,7 +231,7 @@ def _require_whole(
     # One message may come late, and the next ones catch up; what was lost is never caught up.
     lost_s = np.minimum.accumulate((came_s - heard_s)[::-1])[::-1]
     lost_s -= lost_s[0]
-    allowed_s = _LOST_UNSTAMPED_S if connection.msgtype == ROS_SOUND else _LOST_S
+    allowed_s = _LOST_UNSTAMPED_S if connection.msgtype == ros.ROS_SOUND else _LOST_S
     if (over := lost_s > allowed_s + _DRIFT * came_s).any():
         n = int(np.argmax(over))
         raise InputError(
@@ -267,20 +240,17 @@ def _require_whole(
         )
 
 
-def _declared(reader: Any, bag: Bag) -> tuple[int, int]:
-    """Return rate, Hz, and channels of sound: as asked for, else as an AudioInfo says."""
+def _read_sound_info(reader: Any, bag: Bag) -> tuple[int, int]:
+    """Return rate, Hz, and channels of sound: as requested, else as an AudioInfo states."""
     rate_hz, channels = _USUAL_HZ, 1
     for connection in reader.connections:
-        if connection.msgtype == ROS_SOUND_INFO:
-            for _, message in _messages(reader, connection):
-                _require_samples(message, bag.path)
-                rate_hz, channels = int(message.sample_rate), int(message.channels)
+        if connection.msgtype == ros.ROS_SOUND_INFO:
+            for _, info in _read_messages(reader, connection):
+                formats = (info.coding_format, _CODINGS), (info.sample_format, _SAMPLES)
+                for found, known in formats:
+                    if found not in known:
+                        expected = "sound as 16-bit samples, S16LE"
+                        raise InputError(f"{bag.path}: expected {expected}, found '{found}'")
+                rate_hz, channels = int(info.sample_rate), int(info.channels)
                 break
     return bag.audio_rate_hz or rate_hz, bag.audio_channels or channels
-
-
-def _require_samples(info: Any, path: Path) -> None:
-    """Refuse sound that an AudioInfo says to be compressed, or of other samples than ours."""
-    for found, known in ((info.coding_format, _CODINGS), (info.sample_format, _SAMPLES)):
-        if found not in known:
-            raise InputError(f"{path}: expected sound as 16-bit samples, S16LE, found '{found}'")

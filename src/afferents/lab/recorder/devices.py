@@ -10,18 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from afferents.errors import AfferentsError, InputError
-from afferents.lab.devices.base import (
-    Block,
-    Camera,
-    Device,
-    DeviceError,
-    Drive,
-    Frame,
-    Microphone,
-    MicrophoneSettings,
-)
-from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
-from afferents.lab.recorder.plan import Plan
+from afferents.lab.devices import base
+from afferents.lab.devices.base import DeviceError, MicrophoneSettings
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
+from afferents.lab.recorder.plan import RecordingPlan
 from afferents.lab.writers import HEADER_BYTES, SAMPLE_BYTES
 
 SIMULATED = "simulated"
@@ -29,11 +21,11 @@ SIMULATED = "simulated"
 PATIENCE_S = 5.0
 """Camera and microphone give something, and end when they are told to, within this time."""
 PLUGGED_IN_S = 60.0
-"""A device that went away is waited for so long,"""
+"""A device that went away is waited for this time, s,"""
 AGAIN_S = 1.0
 """and tried this often."""
 _LONGEST_BYTES = 0xFFFFFFFF - HEADER_BYTES
-"""A wav says in 32 bits how much there is."""
+"""A wav holds its length in 32 bits."""
 
 
 class Clock:
@@ -53,18 +45,18 @@ class Clock:
         """Return the time, s."""
         return self._begun_s + (time.monotonic() - self._begun_s) * self._speed
 
-    def wait(self, seconds: float, ended: threading.Event) -> bool:
-        """Wait so long, or until something has ended; say whether it has."""
-        return ended.wait(max(0.0, seconds) / self._speed)
+    def wait(self, seconds: float, ended: threading.Event | None = None) -> bool:
+        """Wait this time, or until something has ended; return whether it has."""
+        return (ended or threading.Event()).wait(max(0.0, seconds) / self._speed)
 
 
 @dataclass(frozen=True)
 class Devices:
     """What a run is made with; without a microphone there is no sound."""
 
-    camera: Camera
-    microphone: Microphone | None
-    drive: Drive
+    camera: base.Camera
+    microphone: base.Microphone | None
+    drive: base.Drive
     clock: Clock
 
     @property
@@ -75,18 +67,18 @@ class Devices:
     @contextmanager
     def stream(
         self,
-        take_frame: Callable[[Frame], None],
-        take_block: Callable[[Block], None],
+        take_frame: Callable[[base.Frame], None],
+        take_block: Callable[[base.Block], None],
         fail: Callable[[Exception], None],
     ) -> Iterator[None]:
-        """Give away what camera and microphone take, each in a thread, while the block lasts.
+        """Pass on what camera and microphone take, each in a thread, while the block lasts.
 
         Parameters
         ----------
         take_frame, take_block
             Called with each frame, and each block of sound.
         fail
-            Called, in the thread, with an error of the device or of who takes.
+            Called, in the thread, with an error of the device or of what takes.
         """
         ended = threading.Event()
 
@@ -98,14 +90,14 @@ class Devices:
                     take(thing)
                 if not ended.is_set():
                     raise DeviceError(f"the {name} gave no more")
-            except Exception as error:  # noqa: BLE001  for whoever reads the devices
+            except Exception as error:  # noqa: BLE001  for the reader of the devices
                 if not (ended.is_set() and isinstance(error, DeviceError)):
                     fail(error)
 
-        asked: list[tuple[Any, ...]] = [("camera", self.camera.frames, take_frame)]
+        streams: list[tuple[Any, ...]] = [("camera", self.camera.frames, take_frame)]
         if self.microphone is not None:
-            asked.append(("microphone", self.microphone.blocks, take_block))
-        threads = [threading.Thread(target=give, args=one, daemon=True) for one in asked]
+            streams.append(("microphone", self.microphone.blocks, take_block))
+        threads = [threading.Thread(target=give, args=one, daemon=True) for one in streams]
         for thread in threads:
             thread.start()
         try:
@@ -118,12 +110,12 @@ class Devices:
             for thread in threads:
                 thread.join(PATIENCE_S)
 
-    def reopen(self, heed: Callable[[], None], note: Callable[[str], None]) -> None:
-        """Let go of the devices and open them again: one may have been unplugged.
+    def reopen(self, check: Callable[[], None], note: Callable[[str], object]) -> None:
+        """Let go of the devices and open each as soon as it can be: one may have been unplugged.
 
         Parameters
         ----------
-        heed
+        check
             Called while one is waited for; raises to end that.
         note
             Called with why one can't be opened yet.
@@ -133,29 +125,24 @@ class Devices:
         InputError
             If one can't be opened for a minute.
         """
-        for device in (self.camera, self.microphone, self.drive):
-            if device is not None:
-                device.close()
-                _open_patiently(device, heed, note)
+        for device in filter(None, (self.camera, self.microphone, self.drive)):
+            device.close()
+            latest_s, noted = time.monotonic() + PLUGGED_IN_S, ""
+            while True:
+                check()
+                try:
+                    device.open()
+                    break
+                except AfferentsError as error:
+                    if time.monotonic() > latest_s:
+                        raise
+                    if str(error) != noted:
+                        noted = str(error)
+                        note(f"{noted}; waiting {PLUGGED_IN_S:g} s at most until it is plugged in")
+                time.sleep(AGAIN_S)
 
 
-def _open_patiently(device: Device, heed: Callable[[], None], note: Callable[[str], None]) -> None:
-    """Open a device as soon as it can be."""
-    latest_s, said = time.monotonic() + PLUGGED_IN_S, ""
-    while True:
-        heed()
-        try:
-            return device.open()
-        except AfferentsError as error:
-            if time.monotonic() > latest_s:
-                raise
-            if str(error) != said:
-                said = str(error)
-                note(f"{said}; waiting {PLUGGED_IN_S:g} s at most until it is plugged in")
-        time.sleep(AGAIN_S)
-
-
-def make_devices(plan: Plan, path: Path) -> Devices:
+def make_devices(plan: RecordingPlan, path: Path) -> Devices:
     """Return the devices that a plan names, unopened.
 
     Raises
@@ -170,15 +157,15 @@ def make_devices(plan: Plan, path: Path) -> Devices:
             "name real ones"
         )
     return Devices(
-        device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
-        None if sound is None else device_of(MICROPHONES, sound, f"{path}, [microphone]"),
-        device_of(DRIVES, plan.drive, f"{path}, [drive]"),
+        make_device(CAMERAS, plan.camera, f"{path}, [camera]"),
+        None if sound is None else make_device(MICROPHONES, sound, f"{path}, [microphone]"),
+        make_device(DRIVES, plan.drive, f"{path}, [drive]"),
         Clock(),
     )
 
 
 @contextmanager
-def open_devices(devices: Devices, plan: Plan, path: Path) -> Iterator[None]:
+def open_devices(devices: Devices, plan: RecordingPlan, path: Path) -> Iterator[None]:
     """Open the devices, and let them go whatever happens; the drive stops first.
 
     Raises
@@ -190,26 +177,21 @@ def open_devices(devices: Devices, plan: Plan, path: Path) -> Iterator[None]:
     with ExitStack() as stack:
         stack.enter_context(devices.camera)
         if devices.microphone is not None:
-            stack.enter_context(devices.microphone)
-            _require_sound(devices.microphone.settings, plan, path)
+            sound = stack.enter_context(devices.microphone).settings
+            channel = plan.sensor_channel
+            if channel is not None and channel >= sound.channels:
+                raise InputError(
+                    f"{path}: expected sensor_channel below {sound.channels}, as the microphone "
+                    f"has channels, found {channel}"
+                )
+            longest_s = _LONGEST_BYTES / (sound.rate_hz * sound.channels * SAMPLE_BYTES)
+            if plan.total_s > longest_s:
+                raise InputError(
+                    f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav "
+                    f"of this sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs "
+                    "and more repetitions"
+                )
         stack.enter_context(devices.drive)
         for speed in plan.speeds_mm_s:
             devices.drive.require_speed(speed)
         yield
-
-
-def _require_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
-    """Refuse a channel that is not there, and runs longer than a wav can be."""
-    channel = plan.sensor_channel
-    if channel is not None and channel >= settings.channels:
-        raise InputError(
-            f"{path}: expected sensor_channel below {settings.channels}, as the microphone has "
-            f"channels, found {channel}"
-        )
-    longest_s = _LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
-    if plan.total_s > longest_s:
-        raise InputError(
-            f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav of this "
-            f"sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs and more "
-            "repetitions"
-        )

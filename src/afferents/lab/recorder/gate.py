@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from afferents.errors import reason_of
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings, MicrophoneSettings
-from afferents.lab.devices.picture import picture_of
+from afferents.lab.devices.picture import decode_picture
 from afferents.lab.recorder.devices import Devices
-from afferents.lab.recorder.plan import Plan, Tolerance
+from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.markers.detect import detect
 from afferents.markers.sensor import Sensor
 from afferents.recordings.layouts import VIDEO
@@ -21,7 +21,7 @@ from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
 from afferents.store.recording import as_grey
 
 LATE = 1.5
-"""A frame that comes after so many intervals, with no number missing, is late."""
+"""A frame that comes after this number of intervals, with no number missing, is late."""
 SOUND_SHORT_S = 0.1
 
 
@@ -52,10 +52,9 @@ class Check(NamedTuple):
 
     def as_json(self) -> dict[str, str | bool]:
         """Return it as files and scripts have it."""
-        said = self._asdict()
-        if self.passes:
-            del said["do"]
-        return said
+        return {
+            key: value for key, value in self._asdict().items() if key != "do" or not self.passes
+        }
 
 
 class Counts(NamedTuple):
@@ -118,7 +117,7 @@ def check_run(
     log: Log,
     counts: Counts,
     folder: Path,
-    plan: Plan,
+    plan: RecordingPlan,
     speed_mm_s: float,
     devices: Devices,
     sensor: Sensor,
@@ -135,27 +134,30 @@ def check_run(
     camera, microphone = devices.camera.settings, devices.sound
     checks = [*check_frames(counts, plan.tolerance), check_speed(log, plan, speed_mm_s)]
     if microphone is not None:
-        checks += _sound(log, plan, microphone)
-        checks += _clock(log, plan, camera, microphone)
-    return [*checks, _markers(log, camera, sensor, plan), _readable(folder / VIDEO, counts)]
+        checks += check_sound(log, plan, microphone)
+        checks += check_clock(log, plan, camera, microphone)
+    checks.append(check_markers(log, camera, sensor, plan))
+    name, do = "file", "look at the disk"
+    try:  # without decoding
+        with av.open(f"file:{folder / VIDEO}") as container:
+            n = sum(packet.size > 0 for packet in container.demux(video=0))
+    except av.FFmpegError as error:
+        return [*checks, Check(name, False, reason_of(error), do)]
+    return [*checks, Check(name, n == counts.stored, f"{n} frames in it", do)]
 
 
 def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
     """Look at what became of the frames."""
     lost = max(len(counts.lost) + len(counts.damaged), counts.expected - counts.stored - 1)
     allowed = tolerance.lost * counts.expected
-    said = f"{counts.stored} of {counts.expected} frames"
+    found = f"{counts.stored} of {counts.expected} frames"
     for what, numbers in (("lost", counts.lost), ("damaged", counts.damaged)):
         if numbers:
-            said += f", {len(numbers)} {what} (the first is number {numbers[0]})"
+            found += f", {len(numbers)} {what} (the first is number {numbers[0]})"
     again = len(counts.repeated)
+    do = "another USB port, fewer devices on it, or a faster disk"
     return [
-        Check(
-            "frames",
-            lost <= allowed,
-            said,
-            "another USB port, fewer devices on it, or a faster disk",
-        ),
+        Check("frames", lost <= allowed, found, do),
         Check(
             "repeated frames",
             again <= tolerance.repeated * counts.expected,
@@ -165,7 +167,7 @@ def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
     ]
 
 
-def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
+def check_speed(log: Log, plan: RecordingPlan, speed_mm_s: float) -> Check:
     """Judge whether the drum held its speed while it was to be steady."""
     begin_s, end_s = (edge + (log.origin_s or 0.0) for edge in plan.steady_s)
     speeds = np.array([row.speed_mm_s for row in log.drive if begin_s <= row.time_s <= end_s])
@@ -182,7 +184,7 @@ def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
         mean, allowed = float(speeds.mean()), plan.tolerance.speed
         found = f"{mean:.2f} mm/s on average, {speeds.min():.2f} to {speeds.max():.2f}"
         passes = low * (1 - allowed) <= mean <= high * (1 + allowed)
-        return Check("speed", passes, found, f"see to the arm: {low:g} to {high:g} are asked for")
+        return Check("speed", passes, found, f"see to the arm: {low:g} to {high:g} are planned")
     # A tenth of a second together: what is read from one moment to the next is coarse.
     smooth = np.convolve(speeds, np.ones(5) / 5, "valid") if len(speeds) >= 5 else speeds
     off = float(np.abs(smooth / speed_mm_s - 1).max())
@@ -190,7 +192,8 @@ def check_speed(log: Log, plan: Plan, speed_mm_s: float) -> Check:
     return Check("speed", off <= plan.tolerance.speed, found, "see to the drive, or widen 'speed'")
 
 
-def _sound(log: Log, plan: Plan, microphone: MicrophoneSettings) -> list[Check]:
+def check_sound(log: Log, plan: RecordingPlan, microphone: MicrophoneSettings) -> list[Check]:
+    """Judge whether the sound is whole, and its level."""
     n = sum(row.n_samples for row in log.blocks)
     overflows = sum(row.overflowed for row in log.blocks)
     seconds = n / microphone.rate_hz
@@ -207,10 +210,10 @@ def _sound(log: Log, plan: Plan, microphone: MicrophoneSettings) -> list[Check]:
     ]
 
 
-def _clock(
-    log: Log, plan: Plan, camera: CameraSettings, microphone: MicrophoneSettings
+def check_clock(
+    log: Log, plan: RecordingPlan, camera: CameraSettings, microphone: MicrophoneSettings
 ) -> list[Check]:
-    """Look whether the sound began when it was said to, and kept its rate to the end."""
+    """Judge whether the sound began at the run's zero, and kept its rate to the end."""
     if not log.blocks or log.origin_s is None:
         return []
     clock = sound_clock(log.blocks, microphone.rate_hz)
@@ -231,19 +234,9 @@ def _clock(
     ]  # fmt: skip
 
 
-def _readable(video: Path, counts: Counts) -> Check:
-    """Count what is in the file, without decoding it."""
-    try:
-        with av.open(f"file:{video}") as container:
-            n = sum(packet.size > 0 for packet in container.demux(video=0))
-    except av.FFmpegError as error:
-        return Check("file", False, reason_of(error), "look at the disk")
-    return Check("file", n == counts.stored, f"{n} frames in it", "look at the disk")
-
-
-def _markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Plan) -> Check:
+def check_markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: RecordingPlan) -> Check:
     """Look for the markers in a picture at rest and in the last."""
-    pictures = [picture_of(data, camera) for data in (log.rest, log.last)]
+    pictures = [decode_picture(data, camera) for data in (log.rest, log.last)]
     found = [len(detect(as_grey(*seen), sensor)) if seen else 0 for seen in pictures]
     usual = sensor.n_markers or found[0]
     missing = max(0.0, 1 - min(found) / max(usual, 1))

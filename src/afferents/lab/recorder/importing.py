@@ -13,20 +13,14 @@ import pandas as pd
 import soundfile
 from numpy.typing import NDArray
 
+from afferents import files
 from afferents.documents import read_json
 from afferents.errors import InputError, reading
-from afferents.files import (
-    Place,
-    checksum,
-    holds_only,
-    require_free,
-    write_aside,
-    write_json,
-)
+from afferents.files import Place, write_json
 from afferents.lab.devices.base import CameraSettings
 from afferents.lab.recorder.bags import Bag, ImportedFiles, extract_files
 from afferents.lab.recorder.gate import Check, check_frames, count_frames
-from afferents.lab.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
+from afferents.lab.recorder.plan import FASTEST_MM_S, Tolerance, require_texture
 from afferents.lab.recorder.session import RUN, require_same_rates
 from afferents.lab.writers import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.outputs import writing_alone
@@ -83,14 +77,14 @@ def import_recording(
     audio_topic
         Topic of a bag's sound (default: the only one).
     audio_rate_hz
-        Samples a second of a bag's sound, if it says none (default: 44100).
+        Samples a second of a bag's sound, if it states none (default: 44100).
     audio_channels
-        Channels of a bag's sound, if it says none (default: 1).
+        Channels of a bag's sound, if it states none (default: 1).
 
     Returns
     -------
     list
-        What the checks of a run say of the frames, a `Check` each.
+        What the checks of a run find in the frames, a `Check` each.
 
     Raises
     ------
@@ -99,8 +93,10 @@ def import_recording(
         frames are missing (unless `keep`).
     """
     source, target = Path(video), Path(session)
-    if not is_texture(texture):
-        raise InputError(f"--texture: expected a name that a folder may have, found '{texture}'")
+    try:
+        require_texture(texture)
+    except ValueError as error:
+        raise InputError(f"--texture: expected {error}, found '{texture}'") from None
     if not 0 < speed_mm_s <= FASTEST_MM_S:
         expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
         raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
@@ -111,49 +107,53 @@ def import_recording(
             )
         sound = None if audio is None else Path(audio)
         table = _read_times(Path(times))
-        said = {"video": str(source), "audio": str(sound or "")}
         sequence = table[SEQUENCE].to_numpy() if SEQUENCE in table else None
         time_s = table[TIME].to_numpy()
-        files = ImportedFiles(source, sound, time_s, audio_start_s, source, said, sequence)
-        return _write(files, target, texture, speed_mm_s, keep)
+        start_s = float(time_s[0]) if audio_start_s is None else audio_start_s
+        origin = {"video": str(source), "audio": str(sound or "")}
+        given = ImportedFiles(source, sound, time_s, start_s, source, origin, sequence)
+        return _write(given, target, texture, speed_mm_s, keep)
     if audio is not None or times is not None:
         raise InputError(
             f"{source}: expected a bag alone, which holds sound and times, found more files"
         )
     bag = Bag(source, image_topic, audio_topic, audio_rate_hz, audio_channels)
     with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
-        files = extract_files(bag, Path(folder))
+        given = extract_files(bag, Path(folder))
         if audio_start_s is not None:
-            files = files._replace(audio_start_s=audio_start_s)
-        return _write(files, target, texture, speed_mm_s, keep)
+            given = given._replace(audio_start_s=audio_start_s)
+        return _write(given, target, texture, speed_mm_s, keep)
 
 
 def _write(
-    files: ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
+    given: ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
 ) -> list[Check]:
     """Write a recording of a session."""
-    _require_overlap(files)
-    declared = _declare(files)
-    earlier = _read_earlier(files, session, declared)
+    declared, earlier = _declare(given), dict[str, Any]()
+    if (file := session / SESSION_FILE).is_file():
+        earlier = read_json(file, "a session file")
+        require_same_rates(given.where, file, earlier, declared)
+    else:
+        files.require_free(session, files.holds_only())
     target = session / f"{texture}/{speed_mm_s:g}"
-    require_free(target)
-    log, checks = _check(files, declared, keep)
+    files.require_free(target)
+    log, checks = _check(given, declared, keep)
     with writing_alone(session, "import"):
-        with write_aside(target) as partial:
+        with files.write_aside(target) as partial:
             partial.mkdir()
-            log.origin_s = _write_sound(files, partial / AUDIO)
-            _retime(files.video, files.time_s - log.origin_s, partial / VIDEO)
+            log.origin_s = _write_sound(given, partial / AUDIO)
+            _retime(given.video, given.time_s - log.origin_s, partial / VIDEO)
             log.write(partial)
             written = [path for name in (VIDEO, AUDIO) if (path := partial / name).is_file()]
             about = {
-                "checksums": {path.name: checksum(path) for path in written},
+                "checksums": {path.name: files.checksum(path) for path in written},
                 "checks": [check.as_json() for check in checks],
-                "imported": files.origin,
+                "imported": given.origin,
             }
             write_json(partial / RUN, about)
             if not earlier:  # before the recording appears: killed here, another can still join
-                write_json(session / SESSION_FILE, declared)
-        _note(session, earlier, declared)
+                write_json(file, declared)
+        _write_session(session, earlier, declared)
     return checks
 
 
@@ -179,43 +179,43 @@ def _read_times(path: Path) -> pd.DataFrame:
             f"{path}: expected times that rise, found {table[TIME].iloc[row]} in row {row + 1}"
         )
     low, high = _RATES_HZ
-    if not low <= (rate_hz := _rate_hz(table[TIME].to_numpy())) <= high:
+    if not low <= (rate_hz := _measure_rate(table[TIME].to_numpy())) <= high:
         raise InputError(
             f"{path}: expected times in s, found {rate_hz:.3g} frames/s; are they in ms or ns?"
         )
     return table
 
 
-def _numbers(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the frames' numbers as their times tell: each step is a whole number of frames."""
+def _number_frames(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the frames' numbers by their times: each step is a whole number of frames."""
     step_s = np.diff(time_s)
     return np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(step_s / np.median(step_s))))])
 
 
-def _rate_hz(time_s: NDArray[np.float64]) -> float:
+def _measure_rate(time_s: NDArray[np.float64]) -> float:
     """Return the frame rate over the whole time, on which the jitter of single frames is lost."""
-    return float(_numbers(time_s)[-1] / (time_s[-1] - time_s[0]))
+    return float(_number_frames(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
 def _check(
-    files: ImportedFiles, declared: Mapping[str, Any], keep: bool
+    given: ImportedFiles, declared: Mapping[str, Any], keep: bool
 ) -> tuple[Log, list[Check]]:
     """Look at the frames; numbers that are missing are worked out from the times."""
-    time_s, rate_hz = files.time_s, _rate_hz(files.time_s)
-    numbers = _numbers(time_s) if files.sequence is None else files.sequence
+    time_s, rate_hz = given.time_s, _measure_rate(given.time_s)
+    numbers = _number_frames(time_s) if given.sequence is None else given.sequence
     log = Log(origin_s=float(time_s[0]))
     log.frames = [
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
         for number, at_s in zip(numbers, time_s, strict=True)
     ]
     width, height = declared["frame_width"], declared["frame_height"]
-    settings = CameraSettings(str(files.video), "file", width, height, rate_hz)
+    settings = CameraSettings(str(given.video), "file", width, height, rate_hz)
     counts = count_frames(log, settings, (time_s[-1] - time_s[0]) + 1 / rate_hz)
     checks = check_frames(counts, Tolerance())
     failed = [f"{check.name}: {check.found}" for check in checks if not check.passes]
     if failed and not keep:
         raise InputError(
-            f"{files.where}: expected a recording without missing frames, found "
+            f"{given.where}: expected a recording without missing frames, found "
             f"{'; '.join(failed)}; record it again, or import it nevertheless with --keep"
         )
     return log, checks
@@ -234,7 +234,16 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
     with holds, av.open(f"file:{video}") as source:
         packets = [packet for packet in source.demux(video=0) if packet.size]
         stream = source.streams.video[0]
-        _require_frames(video, packets, len(time_s), bool(stream.codec_context.has_b_frames))
+        n, found = len(time_s), len(packets)
+        if found != n:
+            raise InputError(f"{video}: expected {n} frames, as there are times, found {found}")
+        shown = [packet.pts for packet in packets if packet.pts is not None]
+        # Of an AVI, which keeps none, times are made up in the order of decoding.
+        if stream.codec_context.has_b_frames or shown != sorted(shown):
+            raise InputError(
+                f"{video}: expected frames in the order in which they are shown, found B-frames; "
+                f"encode it again: ffmpeg -i {video.name} -c:v libx264 -qp 0 -bf 0 OUT.mp4"
+            )
         with av.open(f"file:{target}", "w", format="mp4", options=CONTAINER) as out:
             # opaque: else PyAV wants an encoder, and has none for all that it decodes
             copied = out.add_stream_from_template(stream, opaque=True)
@@ -246,96 +255,50 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
                 out.mux(packet)
 
 
-def _require_frames(
-    video: Path, packets: "list[av.Packet[Any]]", n: int, has_b_frames: bool
-) -> None:
-    if len(packets) != n:
-        raise InputError(f"{video}: expected {n} frames, as there are times, found {len(packets)}")
-    shown = [packet.pts for packet in packets if packet.pts is not None]
-    # Of an AVI, which keeps none, times are made up in the order of decoding.
-    if has_b_frames or shown != sorted(shown):
-        raise InputError(
-            f"{video}: expected frames in the order in which they are shown, found B-frames; "
-            f"encode it again: ffmpeg -i {video.name} -c:v libx264 -qp 0 -bf 0 OUT.mp4"
-        )
-
-
-def _sound_start_s(files: ImportedFiles) -> float:
-    return float(files.time_s[0] if files.audio_start_s is None else files.audio_start_s)
-
-
-def _require_overlap(files: ImportedFiles) -> None:
-    """Refuse sound of which nothing was taken while there were frames."""
-    if files.audio is None:
-        return
-    seconds = WavFile(files.audio).header.duration
-    start_s, (first_s, last_s) = _sound_start_s(files), files.time_s[[0, -1]]
-    if not (start_s <= last_s and start_s + seconds >= first_s):
-        found = f"{start_s:.3f} to {start_s + seconds:.3f} s; is --audio-start on their clock?"
-        expected = f"sound while there are frames, {first_s:.3f} to {last_s:.3f} s"
-        raise InputError(f"{files.where}: expected {expected}, found {found}")
-
-
-def _write_sound(files: ImportedFiles, target: Path) -> float:
+def _write_sound(given: ImportedFiles, target: Path) -> float:
     """Write the sound so that it and the video count from one moment; return which, s.
 
     Where the sound began after the video, silence stands for what is missing.
     """
-    first_s = float(files.time_s[0])
-    if files.audio is None:
+    first_s = float(given.time_s[0])
+    if given.audio is None:
         return first_s
-    start_s = _sound_start_s(files)
-    if start_s <= first_s and files.audio.suffix.lower() == ".wav":
-        shutil.copyfile(files.audio, target)
+    start_s = given.audio_start_s
+    if start_s <= first_s and given.audio.suffix.lower() == ".wav":
+        shutil.copyfile(given.audio, target)
         return start_s
     # read as int16, floats of -1 to 1 would all become 0
-    kind = "float64" if WavFile(files.audio).header.subtype in ("FLOAT", "DOUBLE") else "int16"
-    with reading_sound(files.audio):
-        samples, rate_hz = soundfile.read(sound_name(files.audio), dtype=kind, always_2d=True)
+    kind = "float64" if WavFile(given.audio).header.subtype in ("FLOAT", "DOUBLE") else "int16"
+    with reading_sound(given.audio):
+        samples, rate_hz = soundfile.read(sound_name(given.audio), dtype=kind, always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
     padded = np.pad(samples, ((missing, 0), (0, 0)))
     soundfile.write(target, padded, rate_hz, "PCM_16", format="WAV")
     return float(start_s - missing / rate_hz)
 
 
-def _declare(files: ImportedFiles) -> dict[str, Any]:
-    """Return what `session.json` is to say of the files."""
-    video = VideoFile(files.video)
-    said: dict[str, Any] = {
-        "fps_hz": round(_rate_hz(files.time_s), 3),
-        "frame_width": video.width,
-        "frame_height": video.height,
-    }
-    if files.audio is not None:
-        info = WavFile(files.audio).header
-        said |= {
+def _declare(given: ImportedFiles) -> dict[str, Any]:
+    """Return what `session.json` is to hold on the files; refuse sound outside of all frames."""
+    sound: dict[str, Any] = {}
+    if given.audio is not None:
+        info = WavFile(given.audio).header
+        start_s, (first_s, last_s) = given.audio_start_s, given.time_s[[0, -1]]
+        end_s = start_s + info.duration
+        if not (start_s <= last_s and end_s >= first_s):
+            found = f"{start_s:.3f} to {end_s:.3f} s; is --audio-start on their clock?"
+            expected = f"sound while there are frames, {first_s:.3f} to {last_s:.3f} s"
+            raise InputError(f"{given.where}: expected {expected}, found {found}")
+        sound = {
             "sample_rate_hz": info.samplerate,
             "audio_channels": info.channels,
             "sensor_channel": info.channels - 1,
         }
-    return said
+    video = VideoFile(given.video)
+    rate_hz = round(_measure_rate(given.time_s), 3)
+    return {"fps_hz": rate_hz, "frame_width": video.width, "frame_height": video.height} | sound
 
 
-def _read_earlier(
-    files: ImportedFiles, session: Path, declared: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return what the session says already.
-
-    Raises
-    ------
-    InputError
-        If it holds something else, or recordings of other rates or sizes.
-    """
-    path = session / SESSION_FILE
-    if not path.is_file():
-        require_free(session, holds_only())
-        return {}
-    earlier = read_json(path, "a session file")
-    require_same_rates(files.where, path, earlier, declared)
-    return earlier
-
-
-def _note(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]) -> None:
+def _write_session(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]) -> None:
     """Write `session.json`: what is not there of the grid are holes."""
     names = {folder: folder.relative_to(session) for folder in recording_folders(session)}
     runs = {

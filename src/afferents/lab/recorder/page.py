@@ -8,10 +8,9 @@ from pydantic_core import to_json
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.lab.devices.base import CameraSettings
-from afferents.lab.devices.base import Frame as Taken
+from afferents.lab.devices import base
 from afferents.lab.devices.clock import SampleClock
-from afferents.lab.devices.picture import picture_of
+from afferents.lab.devices.picture import Picture, decode_picture
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
 from afferents.lab.live.images import SHOWN, Filled, Filling, require_places
@@ -24,7 +23,7 @@ from afferents.store.recording import Frame
 
 
 class RecordingPage(Shown):
-    """Draws up what a `Watch` has, when a visitor asks.
+    """Draws up what a `Watch` has, when a visitor looks.
 
     Parameters
     ----------
@@ -50,60 +49,54 @@ class RecordingPage(Shown):
 
     def draw(self) -> tuple[str, bytes | None]:
         """Draw up the state as JSON, and the picture."""
-        pair = self._watch.newest
-        felt, jpeg = self._seen(pair)
-        said: dict[str, Any] = {
+        pair, first, camera = self._watch.newest, self._watch.first, self._watch.camera
+        jpeg: bytes | None = None
+        video: dict[str, Any] | None = None
+        if pair and camera is not None:  # else nothing is seen yet
+            if self._series != self._watch.series and first is not None:
+                self._series = self._watch.series
+                self._begin(camera.fps_hz)
+                self._follow(first, camera)
+            *_, picture = [self._follow(taken, camera) for taken in pair]
+            if camera.format == "MJPG":
+                jpeg = pair[-1].data
+            elif picture is not None:
+                jpeg = bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
+        if camera is not None:
+            video = {
+                "rate_hz": camera.fps_hz,
+                "sensor": self._follower.describe(),
+                "quality": [],
+            }
+            if pair and self._touched is not None:
+                video |= {"size": (camera.width, camera.height), **draw_markers(self._touched)}
+        state: dict[str, Any] = {
             "type": "state",
             "ended": None,
             "percepts": [],
-            "video": self._video(felt),
-            "audio": self._heard(),
+            "video": video,
+            "audio": self._hear(),
             "recording": self._watch.state(),
         }
-        return to_json(said, inf_nan_mode="null").decode(), jpeg  # of a speed that nobody reads
-
-    def _seen(self, pair: tuple[Taken, ...]) -> tuple[Filled | None, bytes | None]:
-        """Follow the markers of the newest two frames, from the first of the series on."""
-        first, camera = self._watch.first, self._watch.camera
-        if not pair or camera is None:
-            return None, None
-        if self._series != self._watch.series and first is not None:
-            self._series = self._watch.series
-            self._begin(camera.fps_hz)
-            self._feed(first, camera)
-        for taken in pair:
-            self._feed(taken, camera)
-        return self._felt, _jpeg(pair[-1], camera)
+        return to_json(state, inf_nan_mode="null").decode(), jpeg  # a speed may be unknown
 
     def _begin(self, fps_hz: float) -> None:
         """Wait for the first frame of a series, which shows the skin at rest."""
         self._follower, self._filling = Follower(self._sensor, fps_hz, is_known=True), Filling()
-        self._felt: Filled | None = None
+        self._touched: Filled | None = None
         self._audio: AudioStream | None = None
 
-    def _feed(self, taken: Taken, camera: CameraSettings) -> None:
-        picture = picture_of(taken.data, camera)
-        if picture is None:
-            return
-        frame = CameraFrame(Frame(taken.time_s, *picture), 0.0)
-        with suppress(InputError):  # no markers: the picture itself shows why
-            for _, touch in self._follower.feed(frame) or self._follower.finish():
-                self._felt = Filled(touch, self._filling.feed(touch, SHOWN))
+    def _follow(self, taken: base.Frame, camera: base.CameraSettings) -> Picture | None:
+        """Follow the markers of a frame; return its picture."""
+        picture = decode_picture(taken.data, camera)
+        if picture is not None:
+            frame = CameraFrame(Frame(taken.time_s, *picture), 0.0)
+            with suppress(InputError):  # no markers: the picture itself shows why
+                for _, touch in self._follower.feed(frame) or self._follower.finish():
+                    self._touched = Filled(touch, self._filling.feed(touch, SHOWN))
+        return picture
 
-    def _video(self, felt: Filled | None) -> dict[str, Any] | None:
-        camera = self._watch.camera
-        if camera is None:
-            return None
-        content: dict[str, Any] = {
-            "rate_hz": camera.fps_hz,
-            "sensor": self._follower.describe(),
-            "quality": [],
-        }
-        if felt is not None:
-            content |= {"size": (camera.width, camera.height), **draw_markers(felt)}
-        return content
-
-    def _heard(self) -> dict[str, Any] | None:
+    def _hear(self) -> dict[str, Any] | None:
         microphone = self._watch.microphone
         if microphone is None:
             return None
@@ -116,12 +109,3 @@ class RecordingPage(Shown):
             for _ in self._audio.feed(sound_of(block, samples, self._count)):
                 pass
         return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}
-
-
-def _jpeg(taken: Taken, camera: CameraSettings) -> bytes | None:
-    if camera.format == "MJPG":
-        return taken.data
-    picture = picture_of(taken.data, camera)
-    if picture is None:
-        return None
-    return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])

@@ -24,13 +24,9 @@ FASTEST_MM_S = 1000.0
 LEAST_TAP_S = 2.0
 
 
-def is_texture(name: str) -> bool:
-    """Tell whether a texture of this name can be a folder of a session."""
-    return _TEXTURE.fullmatch(name) is not None
-
-
-def _texture(name: str) -> str:
-    if not is_texture(name):
+def require_texture(name: str) -> str:
+    """Return the name of a texture; raise `ValueError` unless a session's folder may have it."""
+    if not _TEXTURE.fullmatch(name):
         raise ValueError("names that folders may have, such as '3' or 'linen'")
     return name
 
@@ -43,13 +39,13 @@ class Tolerance(StrictForm):
     lost
         Frames lost or damaged, as a share of those that should be there.
     repeated
-        Frames that say again what the one before said, as a share.
+        Frames that equal the one before, as a share.
     speed
-        How far the drum's speed may lie from the one asked for while it is steady, as a share.
+        How far the drum's speed may lie from the planned one while it is steady, as a share.
     clipped
         Samples of the sensor at full scale, as a share.
     silent
-        A sensor whose sound never goes beyond this share of full scale is taken for dead.
+        A sensor whose sound never goes beyond this share of full scale counts as dead.
     markers
         Markers that may be missing at rest, as a share.
     """
@@ -62,7 +58,7 @@ class Tolerance(StrictForm):
     markers: float = Field(0.02, ge=0, le=1)
 
 
-class Plan(StrictForm):
+class RecordingPlan(StrictForm):
     """What is to be recorded.
 
     Attributes
@@ -70,16 +66,16 @@ class Plan(StrictForm):
     textures
         Names of the drums, which become folders.
     speeds_mm_s, repetitions
-        Every texture is recorded at every speed, so many times.
+        Every texture is recorded at every speed, this number of times.
     sweep
         Whether the speed changes within each run, between the slowest and the fastest of these:
-        every texture is then recorded so many times in all, and its recordings have no speed.
+        every texture is then recorded `repetitions` times in all, without a speed.
     seconds
         Of constant speed in each run.
     rest_s
         How long the drum stands still first: the skin at rest.
     tap_s
-        Between the two: how long somebody taps the fingertip, which gives the offset of sound and
+        Between the two: how long a person taps the fingertip, which gives the offset of sound and
         picture; 0 for never.
     settle_s
         From the start of the drive until the speed is constant.
@@ -108,7 +104,7 @@ class Plan(StrictForm):
         without ``[drive]`` something else turns the drum.
     """
 
-    textures: tuple[Annotated[str, AfterValidator(_texture)], ...] = Field(min_length=1)
+    textures: tuple[Annotated[str, AfterValidator(require_texture)], ...] = Field(min_length=1)
     speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)
     repetitions: int = Field(1, ge=1, le=1000)
     sweep: bool = Field(False, exclude_if=lambda given: not given)  # plans agree as before
@@ -132,7 +128,7 @@ class Plan(StrictForm):
     tolerance: Tolerance = Tolerance()
 
     @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _require_consistent(self) -> Self:
         if self.tap_s and (self.tap_s < LEAST_TAP_S or self.microphone is None):
             raise ValueError(f"with tap_s, a [microphone] and at least {LEAST_TAP_S:g} s")
         if self.sweep and len(self.speeds_mm_s) != 2:
@@ -186,15 +182,13 @@ class Plan(StrictForm):
         a person changes a drum once, and no speed is always the first.
         """
         rng = np.random.default_rng(self.seed)
-        drums = [self.textures[i] for i in rng.permutation(len(self.textures))]
         found = []
-        for texture in drums:
+        for drum in rng.permutation(len(self.textures)):
             speeds = (sum(self.speeds_mm_s) / 2,) if self.sweep else self.speeds_mm_s
             runs = [(s, r) for s in speeds for r in range(1, self.repetitions + 1)]
-            found += [
-                Entry(texture, runs[i][0], runs[i][1], self.repetitions > 1, self.sweep)
-                for i in rng.permutation(len(runs))
-            ]
+            for speed_mm_s, repetition in (runs[i] for i in rng.permutation(len(runs))):
+                run = speed_mm_s, repetition, self.repetitions > 1, self.sweep
+                found.append(Entry(self.textures[drum], *run))
         return found
 
 
@@ -222,7 +216,7 @@ class Entry:
         return int.from_bytes(hashlib.sha256(self.name.encode()).digest()[:4], "big")
 
 
-def read_plan(path: Path) -> Plan:
+def read_plan(path: Path) -> RecordingPlan:
     """Read a plan and check it whole; devices are not touched.
 
     Raises
@@ -230,10 +224,8 @@ def read_plan(path: Path) -> Plan:
     InputError
         Naming the first key that is missing, unknown or wrong.
     """
-    plan = as_form(
-        read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one"),
-        Plan, path, _WHAT,
-    )  # fmt: skip
+    content = read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one")
+    plan = as_form(content, RecordingPlan, path, _WHAT)
     for values in (plan.textures, plan.speeds_mm_s):
         if len(set(values)) < len(values):
             raise InputError(
@@ -273,7 +265,7 @@ kind = "none"                    # the drum is turned by hand, or: "serial", "dy
 
 [tolerance]                      # what a run may have wrong with it and still be kept
 lost = 0.002                     # frames, as a share
-speed = 0.05                     # of the speed asked for
+speed = 0.05                     # of the planned speed
 """
 
 

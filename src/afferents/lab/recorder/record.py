@@ -1,10 +1,10 @@
-"""A plan is recorded: preflight, run after run, whether each is good, and what becomes of it."""
+"""Recording a plan: preflight, run after run, whether each is good, and what becomes of it."""
 
 import math
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
 from afferents.lab.recorder.devices import Devices, make_devices, open_devices
 from afferents.lab.recorder.gate import Check, check_run, count_frames
-from afferents.lab.recorder.plan import Entry, Plan, read_plan
+from afferents.lab.recorder.plan import Entry, RecordingPlan, read_plan
 from afferents.lab.recorder.preflight import preflight
 from afferents.lab.recorder.rehearsal import Bench, simulate_devices
-from afferents.lab.recorder.run import DiskFullError, RedoAskedError, Run
+from afferents.lab.recorder.run import DiskFullError, RedoRequestedError, Run
 from afferents.lab.recorder.session import AGAIN, RecordedSession
 from afferents.lab.recorder.taps import describe_sound_times, measure_taps
 from afferents.lab.recorder.watch import NEXT, REDO, OnceMoreError, Watch
@@ -77,35 +77,28 @@ def record(
         recorder = make_recorder(Path(plan), dry_run, ask or ask_in_terminal)
         with Progress(quiet) as progress:
             return recorder.record(Path(session), progress, again)
-    watch = Watch(show_in_terminal)
-    recorder = make_recorder(Path(plan), dry_run, watch.wait, watch=watch)
-    with _serve_page(recorder, *web), Progress(quiet) as progress:
-        done = recorder.record(Path(session), progress, again)
-        missing = f"; {len(done.remaining)} are missing" if done.remaining else ""
-        watch.end(f"done: {len(done.recorded)} runs recorded{missing}")
-        return done
-
-
-@contextmanager
-def _serve_page(recorder: "Recorder", host: str, port: int, token: str | None) -> Iterator[None]:
-    """Show it on a page; who looks on may press its buttons, or enter in the terminal."""
     from afferents.lab.live.web.server import page_beside
     from afferents.lab.recorder.page import RecordingPage
 
-    watch = recorder.watch
+    watch = Watch(show_in_terminal)
+    recorder = make_recorder(Path(plan), dry_run, watch.wait, watch=watch)
 
     def read_terminal() -> None:
         for line in sys.stdin:
             watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
-    with page_beside(RecordingPage(watch, recorder.sensor), host, port, token, watch.request):
+    with page_beside(RecordingPage(watch, recorder.sensor), *web, watch.request):
         threading.Thread(target=read_terminal, name="afferents-enter", daemon=True).start()
         try:
-            yield
+            with Progress(quiet) as progress:
+                done = recorder.record(Path(session), progress, again)
         except BaseException as error:
             stopped = not isinstance(error, Exception)
-            watch.end("stopped: what is finished is kept" if stopped else str(error))
+            watch.say("stopped: what is finished is kept" if stopped else str(error), ended=True)
             raise
+        missing = f"; {len(done.remaining)} are missing" if done.remaining else ""
+        watch.say(f"done: {len(done.recorded)} runs recorded{missing}", ended=True)
+        return done
 
 
 def show_in_terminal(sentence: str) -> None:
@@ -119,9 +112,9 @@ def ask_in_terminal(sentence: str) -> None:
     Raises
     ------
     OnceMoreError
-        If somebody enters ``r``: the last run is to be made once more first.
+        If ``r`` is entered: the last run is to be made once more first.
     InputError
-        If nobody is there to press it.
+        If standard input has ended.
     """
     with suppress(ImportError):  # Windows has none
         import termios
@@ -134,7 +127,7 @@ def ask_in_terminal(sentence: str) -> None:
         raise OnceMoreError
     if not line:
         raise InputError(
-            "stdin: expected somebody who changes drums and presses enter, found nobody"
+            "stdin: expected a person who changes drums and presses enter, found its end"
         )
 
 
@@ -174,8 +167,8 @@ def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = Non
     ask
         Shows a person what to do and waits until it is done.
     watch
-        Where who looks on finds the newest, if somebody does; a dry run then asks a person to
-        change drums, as a rehearsal.
+        Shows the recording on a page, if there is one; a dry run then asks a person to change
+        drums, as a rehearsal.
 
     Raises
     ------
@@ -204,14 +197,14 @@ class Recorder:
     devices
         With what.
     ask
-        Asks a person, who changes drums, and turns them where no motor does; None for nobody.
+        Asks a person, who changes drums, and turns them where no motor does; None asks no one.
     bench
         In a dry run, the simulated fingertip on which drums are mounted; None for a real one.
     watch
-        Where who looks on finds the newest.
+        Shows the recording on a page.
     """
 
-    plan: Plan
+    plan: RecordingPlan
     path: Path
     sensor: Sensor
     devices: Devices
@@ -257,39 +250,31 @@ class Recorder:
             open_devices(self.devices, self.plan, self.path),
         ):
             n_done = len(kept.finished - {entry.name for entry in todo})
-            self.watch.opened(self.devices, self.plan, session, n_done, n_done + len(todo))
-            self._prepare_first(todo[0])
+            self.watch.open(self.devices, self.plan, session, n_done, n_done + len(todo))
+            while True:
+                try:
+                    self._prepare(todo[0], 0)
+                    break
+                except OnceMoreError as error:  # there is no last run yet
+                    self._note(str(error))
             checks = preflight(self.devices, self.plan, self.sensor, session, len(todo))
             self._outcome.preflight = checks
-            self._require_ready(checks)
+            for line in checks:
+                self._note(line.describe())
+            if failed := [line for line in checks if not line.passes]:
+                found = "; ".join(f"{line.name}: {line.found}" for line in failed)
+                do = "; ".join(line.do for line in failed if line.do)
+                raise InputError(
+                    f"{self.path}: expected devices that are ready, found {found}{then(do)}"
+                )
             kept.begin(self.devices)
             self._record_all(todo)
         self._outcome.remaining = [e.name for e in todo if e.name not in kept.finished]
         return self._outcome
 
-    def _require_ready(self, checks: Sequence[Check]) -> None:
-        """Refuse to begin where the preflight says no."""
-        for line in checks:
-            self._note(line.describe())
-        failed = [line for line in checks if not line.passes]
-        if failed:
-            found = "; ".join(f"{line.name}: {line.found}" for line in failed)
-            do = "; ".join(line.do for line in failed if line.do)
-            raise InputError(
-                f"{self.path}: expected devices that are ready, found {found}{then(do)}"
-            )
-
     def _note(self, line: str) -> None:
         self._progress.note(line)
-        self.watch.note(line)
-
-    def _prepare_first(self, entry: Entry) -> None:
-        """Prepare the preflight, as often as somebody wants a run once more: there is none yet."""
-        while True:
-            try:
-                return self._prepare(entry, 0)
-            except OnceMoreError as error:
-                self._note(str(error))
+        self.watch.notes.append(line)
 
     def _prepare(self, entry: Entry, attempt: int) -> None:
         self.watch.prepare(entry, attempt)
@@ -302,7 +287,7 @@ class Recorder:
         if self.bench is not None:
             self.bench.mount(entry, 0)
         if ask is not None and entry.texture != self._texture:
-            self._texture = ""  # whoever wants the last run once more may hold its drum in a hand
+            self._texture = ""  # before the last run is made once more, its drum may be taken off
             ask(f"change the drum to {entry.texture}, then press enter")
             self._texture = entry.texture
         takes_any_speed = math.isinf(self.devices.drive.limits.highest_mm_s)  # it is no motor
@@ -317,15 +302,15 @@ class Recorder:
             self.bench.mount(entry, attempt)
 
     def _record_all(self, todo: Sequence[Entry]) -> None:
-        """Record runs; where somebody wants the last accepted one once more, that one first."""
+        """Record runs; where the last accepted one is requested once more, that one first."""
         last: Entry | None = None
         for entry in self._progress.track(todo, "recording", len(todo)):
             while not self._record_run(entry):
                 if last is not None:
-                    self.watch.taken_back()
-                    self._kept.open()  # its drum may have been taken off
+                    self.watch.done -= 1
+                    self._kept.note_opening()  # its drum may have been taken off
                     while not self._record_run(last):
-                        pass  # it is asked for already
+                        pass  # it is requested already
             last = entry if entry.name not in self._outcome.kept_aside else last
 
     def _record_run(self, entry: Entry) -> bool:
@@ -333,11 +318,12 @@ class Recorder:
 
         Returns
         -------
-        False where the last run was asked for once more instead.
+        bool
+            False where the last run was requested once more instead.
         """
         why, attempt, outcome = "", 1, self._outcome
         while attempt <= self.plan.redo + 1:
-            self.watch.heed()
+            self.watch.stop_if_requested()
             try:
                 self._prepare(entry, attempt)
             except OnceMoreError:
@@ -347,7 +333,8 @@ class Recorder:
                 if entry.name not in outcome.recorded:
                     outcome.recorded.append(entry.name)
                 outcome.kept_aside.pop(entry.name, None)
-                self.watch.accepted()
+                self.watch.done += 1
+                self.watch.has_accepted = True
                 return True
             attempt += not self.watch.wants_redo
             again = "recorded again" if attempt <= self.plan.redo + 1 else "kept aside"
@@ -355,7 +342,7 @@ class Recorder:
         if entry.name in self._kept.finished:
             why += "; the earlier one stays"
             self._note(f"{entry.name}: the earlier one stays")
-            self.watch.stays()
+            self.watch.done += 1
         outcome.kept_aside[entry.name] = why
         return True
 
@@ -372,9 +359,9 @@ class Recorder:
         try:
             drum = plan.drum(kept.opened, entry.texture)
             log = Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
-            self.watch.judge()
-            if self.watch.wants_redo:  # asked for after the drive was read last
-                raise RedoAskedError
+            self.watch.say(f"{entry.name}: is it good enough?")
+            if self.watch.wants_redo:  # requested after the drive was read last
+                raise RedoRequestedError
         except AfferentsError as error:
             self._put_aside(folder, entry, str(error))
             if isinstance(error, DiskFullError):
@@ -382,10 +369,16 @@ class Recorder:
                     f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
                     "command then goes on; what is finished is kept"
                 ) from error
-            if not isinstance(error, RedoAskedError):  # else the drum's positions count on
-                self.watch.lost(str(error))
-                self._reopen()
-                kept.open()
+            if not isinstance(error, RedoRequestedError):  # else the drum's positions count on
+                self.watch.say(f"{entry.name}: waiting for the devices: {error}")
+                before = devices.camera.settings.controls
+                devices.reopen(self.watch.stop_if_requested, self._note)
+                now = devices.camera.settings.controls
+                if other := [f"{name} {v:g}" for name, v in now.items() if v != before.get(name)]:
+                    self._note(
+                        f"the camera came back with {', '.join(other)}; [camera] may set these"
+                    )
+                kept.note_opening()
                 kept.begin(devices)
             return str(error)
         except BaseException:
@@ -405,14 +398,6 @@ class Recorder:
         if earlier is not None:
             self._outcome.attempts_aside.append((str(earlier), AGAIN))
         return ""
-
-    def _reopen(self) -> None:
-        """Open the devices again, and say what of the camera is not set as it was."""
-        before = self.devices.camera.settings.controls
-        self.devices.reopen(self.watch.heed, self._note)
-        now = self.devices.camera.settings.controls
-        if other := [f"{name} {now[name]:g}" for name in now if now[name] != before.get(name)]:
-            self._note(f"the camera came back with {', '.join(other)}; [camera] may set these")
 
     def _put_aside(
         self, folder: Path, entry: Entry, why: str, checks: Sequence[Check] = ()

@@ -11,21 +11,11 @@ from numpy.typing import NDArray
 
 from afferents.documents import as_form
 from afferents.errors import InputError
-from afferents.lab.devices.base import (
-    Block,
-    Camera,
-    CameraSettings,
-    Drive,
-    DriveLimits,
-    DriveState,
-    Frame,
-    Microphone,
-    MicrophoneSettings,
-    Options,
-)
-from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.lab.devices import base
+from afferents.lab.devices.base import Block, CameraSettings, DriveLimits, DriveState, Frame
+from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
-from afferents.lab.recorder.plan import Entry, Plan
+from afferents.lab.recorder.plan import Entry, RecordingPlan
 from afferents.rig.camera import Renderer, project
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
@@ -38,10 +28,11 @@ from afferents.rig.surface import bumped_surface
 _SPARE_S = 0.5
 """The film is longer than a run by this much."""
 _QUALITY = 95
+_BLOCK = 441
 LONGEST_S = 120.0
-"""Of a run: some 10 MB of JPEGs a second."""
+"""Longest run, s: some 10 MB of JPEGs a second are in memory."""
 TAPS_S = (0.1, 0.5, 0.95)
-"""The fingertip is tapped so long after the skin was at rest, where the plan says so."""
+"""The fingertip is tapped at these times, s, after the rest, where the plan wants taps."""
 
 
 class Film(NamedTuple):
@@ -77,7 +68,7 @@ class Bench:
     attempt
         At the run whose drum is mounted, from 1; 0 in a trial.
     set_mm_s
-        What the drive was asked for last; 0 when it was stopped.
+        What the drive was set to last; 0 when it was stopped.
     film
         Of the run whose drum is mounted; there once one is, which is before any device is read.
 
@@ -93,7 +84,7 @@ class Bench:
 
     film: Film
 
-    def __init__(self, rig: Rig, plan: Plan, speed: float = 4.0) -> None:
+    def __init__(self, rig: Rig, plan: RecordingPlan, speed: float = 4.0) -> None:
         """Mount nothing yet."""
         on = {name: None for name in NUISANCES if name != "clock-offset"}
         self.rig, self._plan = rig.with_nuisances(on), plan
@@ -123,15 +114,27 @@ class Bench:
             At this run, from 1; 0 for a trial.
         """
         if entry != self._entry:
-            self.film = film_of(self.rig, entry, self._plan)
+            self.film = simulate_film(self.rig, entry, self._plan)
         self._entry, self.attempt, self._zero_s = entry, attempt, -np.inf
 
-    def roll(self) -> tuple[float, Film]:
-        """Return when the film has begun, s, and the film; the first to ask starts it."""
+    def roll(self) -> float:
+        """Return when the film has begun, s; the first to call starts it."""
         with self._lock:
             if not np.isfinite(self._zero_s):
                 self._zero_s = self.clock.now()
-            return self._zero_s, self.film
+            return self._zero_s
+
+    def play(
+        self, time_s: NDArray[np.float64], ended: threading.Event
+    ) -> Iterator[tuple[int, float]]:
+        """Yield a number at each of these times of the film, and when the film has begun, s."""
+        ended.clear()
+        zero_s = self.roll()
+        for number, at_s in enumerate(time_s):
+            if self.clock.wait(zero_s + at_s - self.clock.now(), ended):
+                return
+            yield number, zero_s
+        ended.wait()
 
     def drum(self) -> tuple[float, float, float]:
         """Return the time, s, and the drum's way and speed, mm."""
@@ -146,16 +149,20 @@ class Bench:
         return now_s, way, speed if self.set_mm_s else 0.0
 
 
-def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
+def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
     """Simulate a run and draw its frames.
 
     The rig's drum sets off after half a second; where the plan rests longer, the skin is seen at
-    rest for longer, and it is tapped where the plan says so.
+    rest for longer, and it is tapped where the plan wants taps.
     """
     tapped_s = max(0.0, plan.tap_s - STILL_S)
     n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
     rests_s = n_rest / rig.camera.fps_hz
-    surface = bumped_surface(float(_spacing(entry.texture)), rig.drum)
+    try:
+        spacing = texture_name(entry.texture, {})
+    except InputError:  # a texture that is a word has a spacing of its own
+        spacing = f"{0.5 * (1 + sum(entry.texture.encode()) % 12):g}"
+    surface = bumped_surface(float(spacing), rig.drum)
     seconds = plan.total_s - rests_s - tapped_s + _SPARE_S
     texture, speed, which = entry.texture, entry.speed_mm_s, (plan.seed, entry.seed)
     run = simulate_run(rig, texture, surface, speed, seconds, *which)
@@ -172,36 +179,20 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
         sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
     position_mm = np.concatenate(place)
     filmed_px = filmed_positions(rig, position_mm, texture, speed, *which)
-    renderer = Renderer(rig.camera, entry.seed)
+    renderer, quality = Renderer(rig.camera, entry.seed), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
     before = (len(position_mm) - len(run.time_s), 0)
-    way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
+    way_mm = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
     return Film(
         np.concatenate(time),
-        [_jpeg(renderer.draw(positions)) for positions in filmed_px],
+        [cv2.imencode(".jpg", renderer.draw(at), quality)[1].tobytes() for at in filmed_px],
         project(position_mm, rig.camera),
         np.rint(np.concatenate(sound) * 32767).astype(np.int16),
-        np.pad(way, before, "edge"),
+        np.pad(way_mm, before, "edge"),
         np.pad(run.speed_mm_s, before, "edge"),
     )
 
 
-def _jpeg(image: NDArray[np.uint8]) -> bytes:
-    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    return data.tobytes()
-
-
-def _spacing(texture: str) -> str:
-    """Return the bump spacing of a drum, mm; a texture that is a word has one of its own."""
-    try:
-        return texture_name(texture, {})
-    except InputError:
-        return f"{0.5 * (1 + sum(texture.encode()) % 12):g}"
-
-
-_BLOCK = 441
-
-
-class SimulatedOptions(Options):
+class SimulatedOptions(base.Options):
     """A plan may name a device `simulated`, for dry runs alone; there is nothing to set."""
 
     kind: Literal["simulated"] = "simulated"
@@ -216,52 +207,43 @@ class _OnBench:
         self._ended = threading.Event()
 
 
-class SimulatedCamera(_OnBench, Camera):
+class SimulatedCamera(_OnBench, base.Camera):
     """Gives the rig's film as JPEGs, each at its time."""
 
     def open(self) -> None:
-        """Say how it is set."""
+        """Take the rig's settings."""
         camera = self._bench.rig.camera
-        self.settings = CameraSettings(
-            SIMULATED, "MJPG", camera.width, camera.height, camera.fps_hz
-        )
+        mode = camera.width, camera.height, camera.fps_hz
+        self.settings = CameraSettings(SIMULATED, "MJPG", *mode)
 
     def frames(self) -> Iterator[Frame]:
         """Yield the film of the drum that is mounted."""
-        self._ended.clear()
-        zero_s, film = self._bench.roll()
-        for number, (time_s, jpeg) in enumerate(zip(film.time_s, film.jpegs, strict=True)):
-            if self._bench.clock.wait(zero_s + time_s - self._bench.clock.now(), self._ended):
-                return
-            yield Frame(number, zero_s + float(time_s), False, jpeg)
-        self._ended.wait()
+        film = self._bench.film
+        for number, zero_s in self._bench.play(film.time_s, self._ended):
+            yield Frame(number, zero_s + float(film.time_s[number]), False, film.jpegs[number])
 
 
-class SimulatedMicrophone(_OnBench, Microphone):
+class SimulatedMicrophone(_OnBench, base.Microphone):
     """Gives the rig's sound."""
 
     def open(self) -> None:
-        """Say how it is set."""
-        self.settings = MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
+        """Take the rig's settings."""
+        self.settings = base.MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the sound of the drum that is mounted."""
-        self._ended.clear()
-        zero_s, film = self._bench.roll()
-        for first in range(0, len(film.sound), _BLOCK):
-            start_s = zero_s + first / SAMPLE_RATE_HZ
-            wait_s = start_s + _BLOCK / SAMPLE_RATE_HZ - self._bench.clock.now()
-            if self._bench.clock.wait(wait_s, self._ended):
-                return
-            yield Block(start_s, film.sound[first : first + _BLOCK], False)
-        self._ended.wait()
+        sound = self._bench.film.sound
+        first = np.arange(0, len(sound), _BLOCK)
+        for number, zero_s in self._bench.play((first + _BLOCK) / SAMPLE_RATE_HZ, self._ended):
+            n = int(first[number])
+            yield Block(zero_s + n / SAMPLE_RATE_HZ, sound[n : n + _BLOCK], False)
 
 
-class SimulatedDrive(_OnBench, Drive):
+class SimulatedDrive(_OnBench, base.Drive):
     """Turns the rig's drum."""
 
     def open(self) -> None:
-        """Say what it can do."""
+        """Take its limits."""
         self.limits = DriveLimits(1.0, 500.0)
 
     def close(self) -> None:
@@ -281,7 +263,7 @@ class SimulatedDrive(_OnBench, Drive):
         self._bench.set_mm_s = 0.0
 
 
-def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
+def simulate_devices(plan: RecordingPlan, path: Path, bench: Bench) -> Devices:
     """Return devices of a dry run; those that a plan names are checked, and stay untouched."""
 
     def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
@@ -291,7 +273,7 @@ def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
         if table.get("kind") == SIMULATED:
             as_form(table, SimulatedOptions, where, "options of simulated")
         else:
-            device_of(kinds, table, where)
+            make_device(kinds, table, where)
         return simulated(bench)
 
     return Devices(

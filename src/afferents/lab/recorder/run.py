@@ -3,17 +3,17 @@
 import math
 import queue
 import threading
-from contextlib import closing, nullcontext, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import av
 import numpy as np
 
 from afferents.errors import AfferentsError, reason_of
-from afferents.lab.devices.base import Block, DeviceError, DriveState, Frame
+from afferents.lab.devices.base import Block, DeviceError, Frame
 from afferents.lab.devices.picture import is_torn
 from afferents.lab.recorder.devices import PATIENCE_S, Devices
-from afferents.lab.recorder.plan import Plan
+from afferents.lab.recorder.plan import RecordingPlan
 from afferents.lab.recorder.watch import Watch
 from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.recordings.layouts import AUDIO, VIDEO
@@ -24,10 +24,10 @@ DAMAGED = "damaged"
 LOOK_S = 0.02
 """The drive is read this often: its watchdog lets it turn for half a second without."""
 TAIL_S = 0.2
-"""Devices go on for so long: what was taken in time may arrive later."""
+"""Devices go on for this time, s: what was taken in time may arrive later."""
 LISTEN_S, LISTEN_SHARE = 1.0, 0.8
-"""A run begins with the first block of sound after the warm-up; when that was is told from all
-blocks of so long, or of such a share of the time until the drum starts, whichever is less."""
+"""A run begins with the first block of sound after the warm-up; when that was follows from all
+blocks of this time, or of this share of the time until the drum starts, whichever is less."""
 WARM_UP = 10
 """Frames of a camera that starts; the run begins after them."""
 AT_REST = 10
@@ -42,12 +42,12 @@ class DiskFullError(AfferentsError):
     """What is recorded can't be written: the next run would fail as well."""
 
 
-class RedoAskedError(AfferentsError):
-    """Somebody wants it once more: no device has failed."""
+class RedoRequestedError(AfferentsError):
+    """The run is to be made once more: no device has failed."""
 
     def __init__(self) -> None:
         """Say it."""
-        super().__init__("somebody asked for it once more")
+        super().__init__("it was requested once more")
 
 
 class Run:
@@ -60,7 +60,7 @@ class Run:
     speed_mm_s
         Of the drum.
     watch
-        Where who looks on finds the newest of it.
+        Shows it on a page.
     drum
         That the drive turns, where it is known.
     """
@@ -68,7 +68,7 @@ class Run:
     def __init__(
         self,
         devices: Devices,
-        plan: Plan,
+        plan: RecordingPlan,
         folder: Path,
         speed_mm_s: float,
         watch: Watch | None = None,
@@ -77,7 +77,7 @@ class Run:
         """Touch no device yet."""
         self._devices, self._plan, self._folder = devices, plan, folder
         self._watch = watch or Watch()
-        self._speed_mm_s, self._set_mm_s = speed_mm_s, 0.0
+        self._speed_mm_s = speed_mm_s
         self.log = Log(drum=drum)
         self._n_frames = 0
         self._begun, self._over = threading.Event(), threading.Event()
@@ -90,7 +90,7 @@ class Run:
         Returns
         -------
         Log
-            What was noted; the tables are written too, of a run that failed as well.
+            What was noted; the tables are written too, also of a run that failed.
 
         Raises
         ------
@@ -98,19 +98,33 @@ class Run:
             If a device goes away, or the drive reports a fault.
         DiskFullError
             If what is recorded can't be written.
-        RedoAskedError
-            If somebody wants it once more.
+        RedoRequestedError
+            If it is requested once more.
         """
         sound = self._devices.sound
         self._watch.begin()
         try:
-            with (
-                closing(VideoWriter(self._folder / VIDEO, self._devices.camera.settings)) as video,
-                closing(SoundWriter(self._folder / AUDIO, sound.rate_hz, sound.channels))
-                if sound
-                else nullcontext() as audio,
-            ):
-                self._record(video, audio)
+            with ExitStack() as files:
+                settings = self._devices.camera.settings
+                video = files.enter_context(closing(VideoWriter(self._folder / VIDEO, settings)))
+                audio = None
+                if sound is not None:
+                    writer = SoundWriter(self._folder / AUDIO, sound.rate_hz, sound.channels)
+                    audio = files.enter_context(closing(writer))
+                storing = threading.Thread(target=self._store, args=(video,), daemon=True)
+                storing.start()
+                try:
+                    with self._devices.stream(
+                        self._take, lambda block: self._write_block(audio, block), self._fail
+                    ):
+                        try:
+                            self._conduct()
+                        finally:
+                            self._devices.drive.stop()
+                            self._over.set()
+                finally:
+                    self._waiting.put(None)
+                    storing.join()
         except (OSError, av.FFmpegError) as error:
             self._fail(error)
         finally:
@@ -126,23 +140,6 @@ class Run:
             raise self._fault
         return self.log
 
-    def _record(self, video: VideoWriter, audio: SoundWriter | None) -> None:
-        """Let the drive turn while frames and sound are taken and written."""
-        storing = threading.Thread(target=self._store, args=(video,), daemon=True)
-        storing.start()
-        try:
-            with self._devices.stream(
-                self._take, lambda block: self._write_block(audio, block), self._fail
-            ):
-                try:
-                    self._conduct()
-                finally:
-                    self._devices.drive.stop()
-                    self._over.set()
-        finally:
-            self._waiting.put(None)
-            storing.join()
-
     def _fail(self, error: Exception) -> None:
         """End the run, in whichever thread the first error comes; the main thread raises it."""
         self._fault = self._fault or error
@@ -150,7 +147,7 @@ class Run:
 
     def _conduct(self) -> None:
         """Start and watch the drive until the run is over."""
-        clock, plan = self._devices.clock, self._plan
+        clock, drive, plan, set_mm_s = self._devices.clock, self._devices.drive, self._plan, 0.0
         latest_s = clock.now() + PATIENCE_S
         while not self._begun.is_set():
             if clock.wait(LOOK_S, self._over):
@@ -164,20 +161,18 @@ class Run:
             elapsed_s = clock.now() - self.log.origin_s
             if elapsed_s >= plan.total_s + TAIL_S:
                 return
-            if elapsed_s >= plan.start_s and not self._set_mm_s:
-                self._set_mm_s = self._speed_mm_s
-                self._devices.drive.start(self._speed_mm_s)
-            self._note(self._devices.drive.read(), elapsed_s)
-            self._watch.heed()
+            if elapsed_s >= plan.start_s and not set_mm_s:
+                set_mm_s = self._speed_mm_s
+                drive.start(set_mm_s)
+            state = drive.read()
+            self._watch.take_drive(state, set_mm_s, elapsed_s)
+            time_s, way_mm, mm_s = (math.nan if value is None else value for value in state[:3])
+            self.log.drive.append(DriveRow(time_s, way_mm, mm_s, set_mm_s, state.fault))
+            state.raise_fault()
+            self._watch.stop_if_requested()
             if self._watch.wants_redo:
-                raise RedoAskedError
+                raise RedoRequestedError
             clock.wait(LOOK_S, self._over)
-
-    def _note(self, state: DriveState, elapsed_s: float) -> None:
-        self._watch.drive(state, self._set_mm_s, elapsed_s)
-        time_s, *known = (math.nan if value is None else value for value in state[:3])
-        self.log.drive.append(DriveRow(time_s, known[0], known[1], self._set_mm_s, state.fault))
-        state.raise_fault()
 
     def _begin(self, origin_s: float) -> None:
         self.log.origin_s = origin_s
@@ -186,7 +181,7 @@ class Run:
     def _take(self, frame: Frame) -> None:
         """Take a frame from the camera, and no more: the disk may be slow, this never waits."""
         self._waiting.put(frame)
-        self._watch.frame(frame)
+        self._watch.take_frame(frame)
         self._n_frames += 1
         if self._devices.microphone is None and self._n_frames == WARM_UP + 1:
             self._begin(frame.time_s)
@@ -210,7 +205,7 @@ class Run:
 
     def _write(self, video: VideoWriter, frame: Frame, origin_s: float, repeated: bool) -> None:
         damaged = frame.damaged or is_torn(frame.data, self._devices.camera.settings)
-        if damaged:  # no decoder goes on after it; it is kept beside the video
+        if damaged:  # no decoder goes on after it; it is kept next to the video
             aside = self._folder / DAMAGED
             aside.mkdir(exist_ok=True)
             (aside / f"{frame.sequence}").write_bytes(frame.data)

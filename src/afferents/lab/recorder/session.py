@@ -11,21 +11,13 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from afferents import files
 from afferents.documents import read_json
 from afferents.errors import InputError
-from afferents.files import (
-    Place,
-    checksum,
-    holds_only,
-    naming,
-    remove,
-    require_free,
-    require_same_config,
-    write_json,
-)
+from afferents.files import Place, naming, write_json
 from afferents.lab.recorder.devices import Devices
 from afferents.lab.recorder.gate import Check, Counts
-from afferents.lab.recorder.plan import Entry, Plan
+from afferents.lab.recorder.plan import Entry, RecordingPlan
 from afferents.lab.writers import repair
 from afferents.markers.sensor import packaged_sensors
 from afferents.recordings.layouts import AUDIO, VIDEO
@@ -33,13 +25,16 @@ from afferents.recordings.session_file import SESSION_FILE
 from afferents.version import __version__
 
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
-"""Runs that are being made; those that were refused or broke off, and why; what is said of a run
+"""Runs that are being made; those that were refused or broke off, and why; what is known of a run
 that is whole: where it is, the run is finished."""
 AGAIN = "accepted, and another was recorded in its place"
 """Why an accepted run lies aside."""
 SENSOR = "sensor.toml"
 """The plan's sensor file, kept with the recordings."""
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
+_MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")
+"""Keys of a plan that may change while the session stays the same."""
+_DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
 
 
 class RecordedSession:
@@ -65,34 +60,29 @@ class RecordedSession:
         If the folder holds something else, or a session of another plan.
     """
 
-    def __init__(self, root: Path, plan: Plan, simulated: bool) -> None:
+    def __init__(self, root: Path, plan: RecordingPlan, simulated: bool) -> None:
         """Look whether the folder may be written."""
         self.root, self.plan, self._simulated = root, plan, simulated
         self._file = root / SESSION_FILE
         self._content: dict[str, Any] = {}
-        self.open()
-        if self._file.is_file():
-            self._content = read_json(self._file, "a session file")
-            self._require_same()
-        else:
-            require_free(root, holds_only())
-
-    def _require_same(self) -> None:
-        before: dict[str, Any] = {_PLAN: self._content.get(_PLAN)}
-        now: dict[str, Any] = {_PLAN: self.plan.model_dump(mode="json")}
+        self.note_opening()
+        if not self._file.is_file():
+            files.require_free(root, files.holds_only())
+            return
+        self._content = read_json(self._file, "a session file")
         kinds = "a session of real devices", "a rehearsal"  # which has the rig's drum in its plan
         was = bool(self._content.get("simulated"))
-        if was != self._simulated:
-            expected, found = kinds[self._simulated], kinds[was]
-            raise InputError(
-                f"{self.root}: expected {expected}, found {found}; name another folder"
-            )
-        for one in (before, now):  # more runs, or other tolerances, do not make it another session
-            if isinstance(one[_PLAN], dict):
-                one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
-        require_same_config(self.root, "a session", before, now)
+        if was != simulated:
+            expected, found = kinds[simulated], kinds[was]
+            raise InputError(f"{root}: expected {expected}, found {found}; name another folder")
+        plans = []
+        for one in (self._content.get(_PLAN), plan.model_dump(mode="json")):
+            if isinstance(one, dict):
+                one = {key: value for key, value in one.items() if key not in _MAY_CHANGE}
+            plans.append({_PLAN: one})
+        files.require_same_config(root, "a session", *plans)
 
-    def open(self) -> None:
+    def note_opening(self) -> None:
         """Note that devices are opened, from which on a drive's positions may count anew."""
         self.opened = datetime.now(UTC).isoformat(timespec="milliseconds")
 
@@ -163,7 +153,7 @@ class RecordedSession:
         """Return a new folder for a run that is being made."""
         folder = self.root / f"{RUNNING}-{entry.name.replace('/', '~')}"
         with naming(folder):
-            remove(folder)
+            files.remove(folder)
             folder.mkdir()
         return folder
 
@@ -180,17 +170,19 @@ class RecordedSession:
         Parameters
         ----------
         more
-            What else is to be said of it, ready for JSON.
+            What else is known of it, ready for JSON.
         """
-        files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
+        recorded = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
         about: dict[str, Any] = {
-            _SUMS: {path.name: checksum(path) for path in files},
+            _SUMS: {path.name: files.checksum(path) for path in recorded},
             "checks": [check.as_json() for check in checks],
             "frames": counts._asdict(),
             **more,
         }
         write_json(folder / RUN, about)
-        _sync(folder)
+        for path in filter(Path.is_file, folder.rglob("*")):  # so that it outlives a power cut
+            with path.open("rb+") as file:
+                os.fsync(file.fileno())
         target = self.root / entry.name
         with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -224,19 +216,17 @@ class RecordedSession:
         about = {name: read_json(self.root / name / RUN, "a run") for name in sorted(finished)}
         names = {entry.name for entry in entries}
         sums = {name: its for name, its in self._content[_SUMS].items() if name not in names}
-        sums |= {name: said.pop(_SUMS) for name, said in about.items()}
+        sums |= {name: run.pop(_SUMS) for name, run in about.items()}
         self._content |= {"holes": sorted(map(list, missing)), _SUMS: sums, _RUNS: about}
-        if self.plan.sweep:
-            done = [entry for entry in entries if entry.name in finished]
-            self._content |= {"holes": [], "recordings": list(map(self._listed, done))}
+        if self.plan.sweep:  # its recordings are listed, without a speed
+            media = {"video": VIDEO} | ({"audio": AUDIO} if self.plan.microphone else {})
+            self._content |= {"holes": [], "recordings": [
+                {"texture": entry.texture, "repetition": f"{entry.repetition}", "id": entry.name}
+                | {kind: f"{entry.name}/{name}" for kind, name in media.items()}
+                for entry in entries if entry.name in finished
+            ]}  # fmt: skip
         write_json(self._file, self._content)
         _sync_names(self.root)
-
-    def _listed(self, entry: Entry) -> dict[str, str]:
-        """Return a recording of a sweep as a session file lists it: without a speed."""
-        files = {"video": VIDEO} | ({"audio": AUDIO} if self.plan.microphone else {})
-        about = {"texture": entry.texture, "repetition": f"{entry.repetition}", "id": entry.name}
-        return about | {key: f"{entry.name}/{name}" for key, name in files.items()}
 
 
 def _sync_names(folder: Path) -> None:
@@ -249,21 +239,10 @@ def _sync_names(folder: Path) -> None:
             os.close(opened)
 
 
-def _sync(folder: Path) -> None:
-    """Have files written to the disk: a run that is accepted outlives a power cut."""
-    for path in folder.rglob("*"):
-        if path.is_file():
-            with path.open("rb+") as file:
-                os.fsync(file.fileno())
-
-
-_DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
-
-
 def require_same_rates(
     where: Place, file: Path, before: Mapping[str, Any], now: Mapping[str, Any]
 ) -> None:
-    """Refuse what has other rates or sizes than a session's file says: it says them of all runs.
+    """Refuse what has other rates or sizes than a session's file: it holds them for all runs.
 
     Raises
     ------
@@ -277,6 +256,3 @@ def require_same_rates(
         if abs(one - other) <= (0.1 * one if key == "fps_hz" else 0.5):
             continue
         raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")
-
-
-_MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")

@@ -10,7 +10,7 @@ from afferents.errors import InputError
 from afferents.extraction.align import Offset, measure_offset
 from afferents.lab.devices.base import MicrophoneSettings
 from afferents.lab.recorder.gate import Check
-from afferents.lab.recorder.plan import Plan
+from afferents.lab.recorder.plan import RecordingPlan
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
 from afferents.recordings.layouts import AUDIO, VIDEO
@@ -21,14 +21,14 @@ AUDIO_OFFSET, SOUND_CLOCK = "audio_offset", "sound_clock"
 """What `run.json` has of the taps, and of the times of the blocks."""
 
 SYSTEMATIC_S = 0.0015
-"""By so much all taps of a set-up may be off together: what delays all they consist of alike is no
-other than an offset. Simulated microphones whose upper limit is 80 to 400 Hz make it 1.2 ms more to
+"""All taps of a set-up may be off by this much together: what delays all of them alike is no other
+than an offset. Simulated microphones whose upper limit is 80 to 400 Hz make it 1.2 ms more to
 1.1 ms less."""
 _DO = "tap the fingertip three times, softly, with something smooth, when it is time"
 
 
 class Tapped(NamedTuple):
-    """What the taps of a run say.
+    """What the taps of a run show.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Tapped(NamedTuple):
     error_s: float | None = None
 
 
-def measure_taps(folder: Path, plan: Plan, sensor: Sensor) -> Tapped:
+def measure_taps(folder: Path, plan: RecordingPlan, sensor: Sensor) -> Tapped:
     """Measure the offset of a run's sound and picture from its taps.
 
     Parameters
@@ -54,31 +54,31 @@ def measure_taps(folder: Path, plan: Plan, sensor: Sensor) -> Tapped:
     """
     name = "sound against picture"
     try:
-        found = _measured(folder, plan, sensor)
+        found = _compare(folder, plan, sensor)
     except InputError as error:
         return Tapped(Check(name, False, f"no tap that both show ({error.at('taps')})", _DO))
     error_s = float(np.hypot(found.error_s, SYSTEMATIC_S))
-    said = f"{1000 * found.seconds:+.1f} ms, give or take {1000 * error_s:.1f}"
-    return Tapped(Check(name, True, said), found.seconds, error_s)
+    offset = f"{1000 * found.seconds:+.1f} ms, give or take {1000 * error_s:.1f}"
+    return Tapped(Check(name, True, offset), found.seconds, error_s)
 
 
 def describe_sound_times(
     log: Log, microphone: MicrophoneSettings | None, taps: Tapped | None
 ) -> dict[str, Any]:
     """Return what is known of when the sound of a run was taken, as `run.json` has it."""
-    said: dict[str, Any] = {}
+    about: dict[str, Any] = {}
     if microphone is not None and log.blocks and log.origin_s is not None:
         clock = sound_clock(log.blocks, microphone.rate_hz)
-        said[SOUND_CLOCK] = {"seconds": clock.start_s - log.origin_s, "error_s": clock.error_s}
+        about[SOUND_CLOCK] = {"seconds": clock.start_s - log.origin_s, "error_s": clock.error_s}
         if clock.drift is not None:
             share, error = clock.drift
-            said[SOUND_CLOCK] |= {"drift": share, "drift_error": error}
+            about[SOUND_CLOCK] |= {"drift": share, "drift_error": error}
     if taps:
-        said[AUDIO_OFFSET] = {"seconds": taps.offset_s, "error_s": taps.error_s}
-    return said
+        about[AUDIO_OFFSET] = {"seconds": taps.offset_s, "error_s": taps.error_s}
+    return about
 
 
-def _measured(folder: Path, plan: Plan, sensor: Sensor) -> Offset:
+def _compare(folder: Path, plan: RecordingPlan, sensor: Sensor) -> Offset:
     """Follow the markers until the drum starts, and compare with the sound until then."""
     time_s, position = [], []
     tracker: Tracker | None = None

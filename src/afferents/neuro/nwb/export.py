@@ -9,28 +9,25 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from afferents import dims
-from afferents.choices import LARGEST_SEED, require_number, words_in
+from afferents import choices, dims, files
 from afferents.errors import InputError, reading
-from afferents.files import Place, require_free, write_aside
-from afferents.neuro.nwb.media import CAMERA, add_sounds, add_tracks, add_videos, fill
-from afferents.neuro.nwb.tables import GAP_S, Laid, add_trials, add_units, laid_out
+from afferents.files import Place
+from afferents.neuro.nwb import content
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.session import recordings_of
 from afferents.spikes.artificial import artificial_spikes
-from afferents.store.integrity import ROOT
+from afferents.store import integrity, zarr_store
 from afferents.store.responses import Responses, textures_of
-from afferents.store.zarr_store import open_whole, store_config
 from afferents.version import __version__
 
 _SCRIPT = "afferents export-nwb"
 """In a file of ours, by which it is known as one."""
 _CLOCK = (
     "All times are on one clock that counts from the beginning of the first recording. Recordings "
-    f"lie one after another on it, at least {GAP_S:g} s apart, by texture and speed: in which "
-    "order and at which time of day they were made is not known. "
+    f"lie one after another on it, at least {content.GAP_S:g} s apart, by texture and speed: in "
+    "which order and at which time of day they were made is not known. "
 )
 _UNITS = (
     "Units are artificial: neuron models that the fingertip's responses drive (SA and RA by the "
@@ -89,23 +86,29 @@ def export_nwb(
     Raises
     ------
     InputError
-        If there is no store or half of one, the session is another one's, the packages are missing,
-        or another file is there already.
+        If there is no store or half of one, it was extracted from another session, the packages are
+        missing, or another file is there already.
 
     Examples
     --------
     >>> export_nwb("responses.zarr", "session.nwb", session="session")
     PosixPath('session.nwb')
     """
-    import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
+    pynwb = import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
+    import h5py
+
     store, out = Path(store), Path(out)
-    require_number("--seed", seed, 0, LARGEST_SEED)
+    choices.require_number("--seed", seed, 0, choices.LARGEST_SEED)
     if out.suffix != ".nwb":
         raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [store] if session is None else [store, Path(session)]
-    require_free(out, _is_exported, force=force, reads=reads)
-    began = _time(start_time)
-    recordings = open_whole(store)
+    files.require_free(out, _is_exported, force=force, reads=reads)
+    what = "a date and time such as 2026-03-31T09:30+02:00"
+    with reading("--start-time", what, ValueError):
+        began = datetime.fromisoformat(start_time) if isinstance(start_time, str) else start_time
+    if began is not None and began.tzinfo is None:
+        began = began.replace(tzinfo=UTC)
+    recordings = zarr_store.open_whole(store)
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
     if markers and len(numbers) > 1:  # there is one series a marker
         found = " and ".join(map(str, sorted(numbers)))
@@ -114,55 +117,40 @@ def export_nwb(
             "and --classes PC"
         )
     of_session = {} if session is None else recordings_of(read_session(session), recordings)
-    laid = laid_out(recordings)
+    placed = content.place_recordings(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))
-        spikes = artificial_spikes(read, model, seed, words_in(classes))
-        nwbfile = _described(store, out, recordings, began, f"{model}, seed {seed}")
-        add_units(nwbfile, spikes, add_trials(nwbfile, spikes, laid))
+        spikes = artificial_spikes(read, model, seed, choices.words_in(classes))
+        nwbfile = _make_file(store, out, recordings, began, f"{model}, seed {seed}")
+        content.add_units(nwbfile, spikes, content.add_trials(nwbfile, spikes, placed))
         if of_session:
-            add_videos(nwbfile, laid, of_session, out)
+            content.add_videos(nwbfile, placed, of_session, out)
         if sound:
-            add_sounds(nwbfile, laid)
+            content.add_sounds(nwbfile, placed)
         if markers:
-            add_tracks(nwbfile, laid)
-        with write_aside(out) as partial:
-            _write(partial, nwbfile, laid, progress)
+            content.add_tracks(nwbfile, placed)
+        with files.write_aside(out) as partial:
+            # the temporary name has no .nwb, of which there is a warning
+            with warnings.catch_warnings(action="ignore"), pynwb.NWBHDF5IO(str(partial), "w") as io:
+                io.write(nwbfile)
+            frame = 0
+            with h5py.File(partial, "r+") as file:
+                for one in progress.track(placed, "writing", len(placed)):
+                    frame = content.write_values(file, one, frame)
     return out
 
 
-def _write(path: Path, nwbfile: Any, laid: Sequence[Laid], progress: Progress) -> None:
-    import h5py
-    from pynwb import NWBHDF5IO
-
-    # the temporary name has no .nwb, of which there is a warning
-    with warnings.catch_warnings(action="ignore"), NWBHDF5IO(str(path), "w") as io:
-        io.write(nwbfile)
-    frame = 0
-    with h5py.File(path, "r+") as file:
-        for one in progress.track(laid, "writing", len(laid)):
-            frame = fill(file, one, frame)
-
-
-def _time(given: str | datetime | None) -> datetime | None:
-    """Return when a session began; a time without a zone is of UTC."""
-    what = "a date and time such as 2026-03-31T09:30+02:00"
-    with reading("--start-time", what, ValueError):
-        began = datetime.fromisoformat(given) if isinstance(given, str) else given
-    return began if began is None or began.tzinfo else began.replace(tzinfo=UTC)
-
-
-def _described(
+def _make_file(
     store: Path, out: Path, recordings: Sequence[Responses], began: datetime | None, units: str
 ) -> Any:
     """Return an NWB file without data: what was done, with which sensor."""
     from pynwb import NWBFile
     from pynwb.file import Subject
 
-    config = store_config(store)
+    config = zarr_store.store_config(store)
     simulated = bool(config.get("declared", {}).get("simulated"))
     textures = textures_of(recordings)
-    written = datetime.fromtimestamp((store / ROOT).stat().st_mtime, tz=UTC)
+    written = datetime.fromtimestamp((store / integrity.ROOT).stat().st_mtime, tz=UTC)
     nwbfile = NWBFile(
         session_description="A soft tactile fingertip slides over textures"
         f"{', simulated' if simulated else ''}. {_CLOCK}{_UNITS}",
@@ -196,13 +184,13 @@ def _described(
         "file is in data_collection.",
     )
     nwbfile.create_device(
-        name=CAMERA, description="Films the markers on the inside of the fingertip's skin."
+        name=content.CAMERA, description="Films the markers on the inside of the fingertip's skin."
     )
     return nwbfile
 
 
 def _is_exported(path: Path) -> bool:
-    """Tell whether a file is one that `export_nwb` wrote."""
+    """Return whether `export_nwb` wrote a file."""
     import h5py
 
     with suppress(OSError, KeyError), h5py.File(path, "r") as file:

@@ -6,6 +6,7 @@ there is overwritten: what an earlier run brought is checked and kept.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,7 @@ class PublicSet(BaseModel):
     next_step: str
     licence: str = ""
     files: str = ""
+    only: str = ""
 
     @property
     def manifest(self) -> Path | None:
@@ -89,8 +91,8 @@ def fetch(
     Parameters
     ----------
     name
-        Data set: pestell2022 (the recordings of the paper), fabricslide, cluster-haptic-accel or
-        cluster-haptic-audio.
+        Data set: pestell2022 (the recordings of the paper), fabricslide, ntp, biotac-slide,
+        vibrotexturerecog, cluster-haptic-accel or cluster-haptic-audio.
     folder
         Folder that it goes into.
     url
@@ -143,7 +145,7 @@ def _files_of(
     where = page = url or public.url
     listed = manifest or public.manifest
     if listed is None:
-        files = list_files(where)
+        files = [file for file in list_files(where) if fnmatchcase(file.path, public.only or "*")]
     elif public.manifest is None and url is None:
         expected = "--url as well, which says what the paths of the list count from"
         raise InputError(f"--manifest: expected {expected}, found none")

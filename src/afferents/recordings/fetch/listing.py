@@ -25,6 +25,10 @@ _LINES = (  # as sha256sum writes it, and ours
 )
 _HUB = re.compile(r"(?P<site>.+)/api/(?P<set>datasets/[^/]+/[^/]+)/tree/(?P<revision>[^/]+).*")
 """A folder as the Hugging Face hub lists it."""
+_GITHUB = re.compile(r".+/repos/(?P<repository>[^/]+/[^/]+)/git/trees/(?P<revision>[^/]+)")
+"""A repository as GitHub lists it."""
+RAW = "https://raw.githubusercontent.com"
+"""Where GitHub has the files themselves."""
 _LINK = re.compile(r"""<a\b[^>]*?\bhref\s*=\s*["']?([^"'\s>]+)""", re.IGNORECASE)
 
 
@@ -156,8 +160,9 @@ def list_files(url: str) -> list[RemoteFile]:
     Parameters
     ----------
     url
-        A folder of a web server that shows what is in it, or a folder of a data set of the
-        Hugging Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which has checksums too.
+        A folder of a web server that shows what is in it; a folder of a data set of the Hugging
+        Face hub, ``.../api/datasets/OWNER/NAME/tree/...``, which has checksums too; or a
+        repository of GitHub, ``.../repos/OWNER/NAME/git/trees/HEAD``.
 
     Raises
     ------
@@ -168,6 +173,10 @@ def list_files(url: str) -> list[RemoteFile]:
         if hub := _HUB.fullmatch(url):
             return list(
                 _on_hub(session, url, hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/"))
+            )
+        if github := _GITHUB.fullmatch(url):
+            return list(
+                _on_github(session, url, github.expand(rf"{RAW}/\g<repository>/\g<revision>/"))
             )
         with ask(session, url, stream=True) as answer:  # which may be a large file
             base = answer.url.rstrip("/") + "/"  # after redirections
@@ -198,6 +207,29 @@ def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
                 within = path_within(path, url)
                 yield RemoteFile(within, base + quote(within), sha256, n_bytes)
         page = answer.links.get("next", {}).get("url")
+
+
+def _on_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
+    """Yield the files of a repository, which GitHub lists on one page, without SHA-256."""
+    page = f"{url}?recursive=1"
+    answer = ask(session, page)
+    try:
+        found = answer.json()
+        listed = [(one["path"], one["size"]) for one in found["tree"] if one["type"] == "blob"]
+        whole = not found["truncated"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise InputError(
+            f"{page}: expected GitHub's list of files, found another answer; {ANY_WAY_ROUND}"
+        ) from error
+    if not whole:
+        raise InputError(
+            f"{page}: expected a list of all files, found one that was cut off; clone the "
+            "repository with git instead"
+        )
+    for path, n_bytes in listed:
+        if not is_hidden(PurePosixPath(path)):
+            within = path_within(path, url)
+            yield RemoteFile(within, base + quote(within), n_bytes=n_bytes)
 
 
 def _in_folders(session: Any, base: str) -> Iterator[str]:

@@ -17,13 +17,13 @@ sys.path.append(str(HERE))  # for `dialects` and `simulated_drum`
 CAMERA = """
 import json, sys
 from afferents.errors import AfferentsError
-from afferents.lab.devices import CAMERAS, device_of, is_torn
+from afferents.lab.devices import CAMERAS, make_device, is_torn
 
 def run(path, n=30, keep=(), **options):
     table = {"kind": "v4l2", "device": path, "fps_hz": 90.0, **options}
     found = {"frames": []}
     try:
-        with device_of(CAMERAS, table, "[camera]") as camera:
+        with make_device(CAMERAS, table, "[camera]") as camera:
             found["settings"] = vars(camera.settings)
             for frame in camera.frames():
                 torn = is_torn(frame.data, camera.settings)

@@ -12,7 +12,7 @@ from dialects import Dynamixel, ODrive, SimpleFoc, Slack
 from simulated_drum import GONE_S, until
 
 from afferents.errors import InputError
-from afferents.lab.devices import DRIVES, ByHand, DeviceError, device_of
+from afferents.lab.devices import DRIVES, ByHand, DeviceError, make_device
 
 pytestmark = pytest.mark.system
 
@@ -31,7 +31,7 @@ WATCHED = [name for name in KINDS if name != "simplefoc"]
 
 
 def drive_of(drum, table, **more):
-    return device_of(DRIVES, table | {"port": drum.port} | more, "[drive]")
+    return make_device(DRIVES, table | {"port": drum.port} | more, "[drive]")
 
 
 def reads(drive, seconds, every_s=0.01):
@@ -191,10 +191,10 @@ def test_a_drive_with_a_watchdog_stops_when_it_hears_nothing(name):
 
 KILLED = """
 import sys, time
-from afferents.lab.devices import DRIVES, device_of
+from afferents.lab.devices import DRIVES, make_device
 from afferents.lab.devices.drives import guard
 guard.PATIENCE_S = {patience_s}
-with device_of(DRIVES, {table!r}, "[drive]") as drive:
+with make_device(DRIVES, {table!r}, "[drive]") as drive:
     drive.start(50.0)
     while drive.read().speed_mm_s < 40:
         time.sleep(0.01)
@@ -245,11 +245,11 @@ def test_a_question_asked_again_is_answered_at_its_own_time(monkeypatch):
         assert not unheard
         # In the middle between the last question and its answer, however long these took.
         off_s = abs(said.time_s - answered_s[-1])
-        assert off_s <= (after_s - drive._line.asked_s) / 2
+        assert off_s <= (after_s - drive._line.sent_s) / 2
 
 
 def test_a_drum_turned_by_hand_knows_nothing():
-    with device_of(DRIVES, {"kind": "none"}, "[drive]") as drive:
+    with make_device(DRIVES, {"kind": "none"}, "[drive]") as drive:
         assert isinstance(drive, ByHand)
         drive.start(50.0)
         state = drive.read()

@@ -7,7 +7,7 @@ import pytest
 from simulated_drum import until
 
 from afferents.errors import InputError
-from afferents.lab.devices import DRIVES, DeviceError, device_of
+from afferents.lab.devices import DRIVES, DeviceError, make_device
 from afferents.lab.devices.drives import growing
 
 POSE = "actual_TCP_pose_0,actual_TCP_pose_1,actual_TCP_pose_2"
@@ -40,7 +40,7 @@ class Arm:
 
 
 def drive_of(path):
-    return device_of(DRIVES, {"kind": "csv", "path": str(path)}, "[drive]")
+    return make_device(DRIVES, {"kind": "csv", "path": str(path)}, "[drive]")
 
 
 ARMS = {
@@ -115,7 +115,7 @@ def test_a_row_without_its_numbers_is_one_sentence(still, row):
 def test_a_log_that_grows_no_more_is_lost_and_found_again(still, monkeypatch):
     arm, drive = still
     monkeypatch.setattr(growing, "WAIT_S", 0.0)
-    with pytest.raises(DeviceError, match="found no new row in 0 s; see to what writes it"):
+    with pytest.raises(DeviceError, match="found no new row in 0 s; check what writes it"):
         until(lambda: drive.read() is None)
     with pytest.raises(DeviceError, match="no new row"):
         drive.open()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.lab.devices import MICROPHONES, DeviceError, PortAudioMicrophone, device_of
+from afferents.lab.devices import MICROPHONES, DeviceError, PortAudioMicrophone, make_device
 from afferents.lab.devices.base import Block
 from afferents.lab.live import Microphone, Sound, Trouble
 
@@ -171,7 +171,7 @@ def test_a_rate_that_it_has_not_is_refused(opened):
     with pytest.raises(InputError, match=r"48000 Hz with 2 channel.*there are: Gel microphone"):
         opened(PortAudio(), rate_hz=48_000.0)
     with pytest.raises(InputError, match=r"kind = one of portaudio, found 'alsa'"):
-        device_of(MICROPHONES, {"kind": "alsa"}, "[microphone]")
+        make_device(MICROPHONES, {"kind": "alsa"}, "[microphone]")
 
 
 @pytest.mark.parametrize("has", [1, 2])

@@ -8,9 +8,9 @@ from afferents.lab.devices import (
     CAMERAS,
     CameraSettings,
     DeviceError,
-    device_of,
+    decode_picture,
     is_torn,
-    picture_of,
+    make_device,
 )
 
 VIRTUAL = {"kind": "portable", "driver": "lavfi", "fps_hz": 30.0}
@@ -18,7 +18,7 @@ VIRTUAL = {"kind": "portable", "driver": "lavfi", "fps_hz": 30.0}
 
 def test_frames_are_numbered_and_what_is_unknown_is_said():
     table = VIRTUAL | {"device": "color=gray:size=640x480:rate=30"}
-    with device_of(CAMERAS, table, "[camera]") as camera:
+    with make_device(CAMERAS, table, "[camera]") as camera:
         frames = []
         for frame in camera.frames():
             frames.append(frame)
@@ -29,7 +29,7 @@ def test_frames_are_numbered_and_what_is_unknown_is_said():
         assert camera.settings.fps_hz == 30
         assert camera.settings.format == "GREY"
         assert any("frames were lost" in text for text in camera.settings.unknown)
-        luma, levels = picture_of(frames[0].data, camera.settings)
+        luma, levels = decode_picture(frames[0].data, camera.settings)
         assert levels is None
         assert luma.shape == (480, 640)
         assert luma.mean() == pytest.approx(128, abs=2)
@@ -37,7 +37,7 @@ def test_frames_are_numbered_and_what_is_unknown_is_said():
 
 def test_its_end_is_said():
     table = VIRTUAL | {"device": "color=gray:size=640x480:rate=30:duration=0.1"}
-    with device_of(CAMERAS, table, "[camera]") as camera:
+    with make_device(CAMERAS, table, "[camera]") as camera:
         with pytest.raises(DeviceError, match="no more frames"):
             list(camera.frames())
         camera.close()
@@ -54,7 +54,7 @@ def test_its_end_is_said():
 )
 def test_what_it_has_not_is_refused(device, said):
     with pytest.raises(InputError, match=said):
-        device_of(CAMERAS, VIRTUAL | {"device": device}, "[camera]").open()
+        make_device(CAMERAS, VIRTUAL | {"device": device}, "[camera]").open()
 
 
 @pytest.mark.parametrize("form", ["MJPG", "GREY", "YUYV"])
@@ -68,13 +68,13 @@ def test_pictures_are_those_that_were_coded(form, rng):
         "YUYV": np.dstack([picture, np.full_like(picture, 128)]).tobytes(),
     }[form]
     settings = CameraSettings("", form, 64, 48, 30.0)
-    luma, levels = picture_of(coded, settings)
+    luma, levels = decode_picture(coded, settings)
     np.testing.assert_allclose(luma.astype(int), picture.astype(int), atol=8)
     assert (levels is None) == (form != "YUYV")
     assert not is_torn(coded, settings)
     assert is_torn(coded[: len(coded) // 2], settings)
-    assert picture_of(coded[:50], settings) is None
-    assert picture_of(b"", settings) is None
+    assert decode_picture(coded[:50], settings) is None
+    assert decode_picture(b"", settings) is None
 
 
 def test_jpegs_without_huffman_tables_are_pictures_too(rng):
@@ -88,4 +88,6 @@ def test_jpegs_without_huffman_tables_are_pictures_too(rng):
         bare = bare[:at] + bare[at + 2 + int.from_bytes(bare[at + 2 : at + 4]) :]
     settings = CameraSettings("", "MJPG", 64, 48, 30.0)
     assert len(bare) < len(coded)
-    np.testing.assert_array_equal(picture_of(bare, settings)[0], picture_of(coded, settings)[0])
+    np.testing.assert_array_equal(
+        decode_picture(bare, settings)[0], decode_picture(coded, settings)[0]
+    )

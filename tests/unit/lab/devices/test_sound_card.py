@@ -31,11 +31,11 @@ TO_PULSE = "pcm.!default { type pulse }\nctl.!default { type pulse }\n"
 HEAR = """
 import sys
 import numpy as np
-from afferents.lab.devices import MICROPHONES, device_of
+from afferents.lab.devices import MICROPHONES, make_device
 
 times, parts, bad = [], [], 0
 table = {"kind": "portaudio", "rate_hz": 44100.0, "channels": 2}
-with device_of(MICROPHONES, table, "[microphone]") as microphone:
+with make_device(MICROPHONES, table, "[microphone]") as microphone:
     settings = microphone.settings
     for block in microphone.blocks():
         times.append(block.time_s)

@@ -17,7 +17,7 @@ from afferents.evaluation.train import Training, train_model
 from afferents.lab.live import Network, Pace, ReplayedVideo
 from afferents.models.export import export
 from afferents.models.folder import load_model
-from afferents.models.model import models_in
+from afferents.models.model import choose_models
 from afferents.progress import Progress
 from afferents.recordings.video import open_video
 from afferents.reporting import explain
@@ -68,7 +68,7 @@ def trained(store, model):
 
 @pytest.fixture(scope="module", params=["sa-se", "ra-wave-vector", "shear", f"{OWN}:network"])
 def model(request, store):
-    (wanted,) = models_in(request.param)
+    (wanted,) = choose_models(request.param)
     return wanted, trained(store, wanted), store.parent / wanted.name
 
 

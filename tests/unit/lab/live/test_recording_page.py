@@ -67,7 +67,7 @@ def test_next_redo_and_stop(launch, tmp_path):
             assert running.ask("next", word) == 200
             until(visitor, lambda r: "redo" in r["can"])
             assert running.ask("redo", word) == 200
-            until(visitor, lambda r: any("asked for it once more" in n for n in r["notes"]))
+            until(visitor, lambda r: any("requested once more" in n for n in r["notes"]))
             state = until(visitor, lambda r: r["done"] == 1 and "next" in r["can"])
             assert state["recording"]["attempt"] == 1  # what was asked for is not counted
             assert running.ask("redo", word) == 200  # of the run that was accepted
@@ -86,7 +86,7 @@ def test_next_redo_and_stop(launch, tmp_path):
     why = [json.loads(path.read_text())["why"] for path in aside]
     # On a busy machine runs lose frames and are repeated as well.
     assert sorted(one for one in why if not one.startswith("frames: ")) == [
-        "accepted, and another was recorded in its place", "somebody asked for it once more",
+        "accepted, and another was recorded in its place", "it was requested once more",
     ]  # fmt: skip
 
 

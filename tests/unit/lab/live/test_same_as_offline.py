@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import afferents
 from afferents import dims
 from afferents.channels import CHANNELS
-from afferents.encodings.base import component_images, tactile_images
+from afferents.encodings.frames import component_images, tactile_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
 from afferents.evaluation.data import encode, find_sources

@@ -25,12 +25,12 @@ from afferents.lab.live.reporters import ModelReporter, limit_confidence
 from afferents.lab.live.terminal import Screen
 from afferents.models.calibrate import (
     best_evidence,
-    interval_of,
+    fit_temperature,
     most_that_can_show,
-    softened,
+    soften,
+    wilson_interval,
 )
 from afferents.models.card import read_card
-from afferents.models.confidence import fit_temperature
 from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
 from afferents.models.model import MODELS
 
@@ -265,9 +265,9 @@ def test_a_touch_is_no_surer_however_long_it_lasts(most, sure):
 
 
 def test_the_interval_is_wilson_s():
-    assert interval_of(0.5, 13) == pytest.approx((0.2612, 0.7388), abs=1e-3)  # by hand
-    assert interval_of(1.0, 13)[1] == pytest.approx(1.0)
-    assert interval_of(0.0, 13)[1] < 0.25
+    assert wilson_interval(0.5, 13) == pytest.approx((0.2612, 0.7388), abs=1e-3)  # by hand
+    assert wilson_interval(1.0, 13)[1] == pytest.approx(1.0)
+    assert wilson_interval(0.0, 13)[1] < 0.25
 
 
 def test_few_recordings_that_are_all_right_do_not_make_sure():
@@ -275,9 +275,9 @@ def test_few_recordings_that_are_all_right_do_not_make_sure():
     for n in (3, 13, 130):
         assert most_that_can_show(n) == pytest.approx(beta(n + 1, 1).median())
     apart = 50 * np.eye(4)[np.tile(np.arange(4), 30)]
-    temperature = softened(apart, 0.01, most_that_can_show(3))
+    temperature = soften(apart, 0.01, most_that_can_show(3))
     assert softmax(apart / temperature, axis=1).max(axis=1).mean() == pytest.approx(0.84, abs=0.02)
-    assert softened(apart, 100.0, 0.84) == 100.0  # it is less sure than that by itself
+    assert soften(apart, 100.0, 0.84) == 100.0  # it is less sure than that by itself
 
 
 def test_evidence_that_is_sure_and_wrong_is_found_out():

@@ -90,7 +90,7 @@ class FaultyDrive(SimulatedDrive):
         state = super().query()
         if self._bench.attempt != 1:
             return state
-        is_late = state.time_s - self._bench.roll()[0] >= self._faults.fault_at_s
+        is_late = state.time_s - self._bench.roll() >= self._faults.fault_at_s
         speed = state.speed_mm_s * (1 + self._faults.off)
         return state._replace(speed_mm_s=speed, fault="over current" if is_late else None)
 

@@ -7,11 +7,11 @@ import pytest
 
 from afferents.lab.devices.base import CameraSettings
 from afferents.lab.recorder.gate import check_frames, check_speed, count_frames, count_on
-from afferents.lab.recorder.plan import Plan, Tolerance
+from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.recordings.run_log import DriveRow, FrameRow, Log
 
 CAMERA = CameraSettings("mine", "MJPG", 640, 480, 90.0)
-PLAN = Plan(textures=["4"], speeds_mm_s=[60], camera={}, seconds=5.0)
+PLAN = RecordingPlan(textures=["4"], speeds_mm_s=[60], camera={}, seconds=5.0)
 
 
 def counted(numbers, times_s=None):

@@ -171,7 +171,7 @@ def test_another_joins_after_one_that_was_killed(files, tmp_path, monkeypatch):
     video, audio, times, _ = files
     with monkeypatch.context() as killed:
         # the recording is there by then, but not what the session says of it
-        killed.setattr("afferents.lab.recorder.importing._note", _stop)
+        killed.setattr("afferents.lab.recorder.importing._write_session", _stop)
         with pytest.raises(KeyboardInterrupt):
             bring(video, audio, times, tmp_path / "S", "4", 40)
     bring(video, audio, times, tmp_path / "S", "4", 60)

@@ -14,12 +14,14 @@ from afferents.lab.devices.base import (
     Frame,
     MicrophoneSettings,
 )
-from afferents.lab.recorder.plan import Plan
-from afferents.lab.recorder.preflight import check_rate, check_sound, check_speeds
+from afferents.lab.recorder.plan import RecordingPlan
+from afferents.lab.recorder.preflight import check_microphone, check_rate, check_speeds
 
 
 def planned(**more):
-    return Plan(textures=["4"], speeds_mm_s=[80, 100], camera={}, **{"seconds": 58.5} | more)
+    return RecordingPlan(
+        textures=["4"], speeds_mm_s=[80, 100], camera={}, **{"seconds": 58.5} | more
+    )
 
 
 def frames(rate_hz, jitter_s=0.0, seed=0):
@@ -56,7 +58,7 @@ def test_frames_that_are_late_now_and_then_are_no_slow_camera(seed):
 def test_a_camera_that_names_no_rate_is_refused_with_what_to_do():
     line = checked(math.nan, frames(90)).describe()
     assert line.startswith("NO   camera: 640 x 480 MJPG at nan frames/s, measured 90.00")
-    assert "what it gives as fps_hz" in line
+    assert "fps_hz as measured" in line
 
 
 def test_a_sound_server_s_stamps_are_no_wrong_rate():
@@ -67,7 +69,7 @@ def test_a_sound_server_s_stamps_are_no_wrong_rate():
     samples = np.full((441, 2), 1000, np.int16)
     blocks = [Block(t, samples, False) for t in (0.01 * np.arange(150) + late).tolist()]
     settings = MicrophoneSettings("mine", 44_100.0, 2)
-    assert all(check.passes for check in check_sound(settings, blocks, planned()))
+    assert all(check.passes for check in check_microphone(settings, blocks, planned()))
 
 
 class Clock:
@@ -78,7 +80,7 @@ class Clock:
     def now(self):
         return self.at_s
 
-    def wait(self, seconds, ended):
+    def wait(self, seconds):
         self.at_s += seconds
 
 

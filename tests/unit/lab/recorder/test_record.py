@@ -338,20 +338,21 @@ def interrupt():
 
 
 class AskedLate(Watch):
-    """Somebody wants the first attempt once more just after the drive was read last."""
+    """The first attempt is requested once more just after the drive was read last."""
 
     asked = False
 
-    def judge(self):
-        self.wants_redo, self.asked = not self.asked, True
-        super().judge()
+    def say(self, sentence, ended=False):
+        if sentence.endswith("is it good enough?"):
+            self.wants_redo, self.asked = not self.asked, True
+        super().say(sentence, ended)
 
 
 def test_once_more_opens_no_device_anew_and_is_not_lost_at_the_end(begin, tmp_path, monkeypatch):
     monkeypatch.setattr(Devices, "reopen", lambda *_: pytest.fail("no device was gone"))
     outcome = made(replace(begin(redo=0), watch=AskedLate()), tmp_path / "S")
     ((_, why),) = outcome.attempts_aside
-    assert why == "somebody asked for it once more"
+    assert why == "it was requested once more"
     assert outcome.recorded == [RUN]
 
 

@@ -8,10 +8,10 @@ import pytest
 from afferents.errors import InputError
 from afferents.lab.devices import CameraSettings, MicrophoneSettings
 from afferents.lab.devices.base import DriveLimits
-from afferents.lab.recorder.plan import Plan
+from afferents.lab.recorder.plan import RecordingPlan
 from afferents.lab.recorder.session import RecordedSession
 
-PLAN = Plan(textures=["4"], speeds_mm_s=[60], camera={}, seconds=2.0)
+PLAN = RecordingPlan(textures=["4"], speeds_mm_s=[60], camera={}, seconds=2.0)
 SOUND = MicrophoneSettings("mic", 44_100.3, 2)
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import BinaryIO, Literal
 
 from afferents.errors import InputError, reading
-from afferents.lab.devices.base import ByHand, DeviceError, DriveState, Options
-from afferents.lab.devices.drives.serial_drive import SpeedFromPosition
+from afferents.lab.devices import base
+from afferents.lab.devices.base import DeviceError, DriveState
 
 TIMES = ("time_s", "timestamp")
 POSITION, POSE, SPEED = (
@@ -21,18 +21,18 @@ WAIT_S = 2.0
 """The next row comes within this time."""
 
 
-class GrowingLogOptions(Options):
+class GrowingLogOptions(base.Options):
     """A CSV that grows: `path`, with names of columns in its first line."""
 
     kind: Literal["csv"] = "csv"
     path: Path
 
 
-class GrowingLog(ByHand):
+class GrowingLog(base.ByHand):
     """Says how far an arm is that another program moves, from the newest whole row of its log.
 
     The log's clock is set against the machine's by the rows that came soonest after their times: a
-    delay that all rows have can't be known.
+    delay that all rows share can't be known.
     """
 
     Options = GrowingLogOptions  # type: ignore[assignment]
@@ -54,12 +54,12 @@ class GrowingLog(ByHand):
         """
         super().open()
         path, self._row = self.options.path, list[float]()
-        self._way_mm, self._ahead_s, self._measured = 0.0, -math.inf, SpeedFromPosition()
+        self._way_mm, self._ahead_s, self._measured = 0.0, -math.inf, base.SpeedFromPosition()
         self._state = DriveState(-math.inf, None, None, None)
         with reading(path, "a log that another program writes", OSError, do="start that first"):
             self._file = path.open("rb")
             head = self._file.readline().decode("utf-8-sig", "replace")
-            self._half = self._file.read().rpartition(b"\n")[2]  # nobody saw the rows before come
+            self._half = self._file.read().rpartition(b"\n")[2]  # when these came is unknown
         names = [name.strip(' "\r\n') for name in head.split(",")]
         clock = next((name for name in TIMES if name in names), None)
         self._columns = next((c for c in (POSITION, POSE, SPEED) if {*c} <= {*names}), ())
@@ -120,5 +120,5 @@ class GrowingLog(ByHand):
         self.close()
         path = self.options.path
         return DeviceError(
-            f"{path}: expected a log of numbers that grows, found {found}; see to what writes it"
+            f"{path}: expected a log of numbers that grows, found {found}; check what writes it"
         )

@@ -1,4 +1,4 @@
-"""A process beside ours that stops the drum when ours is killed or hangs.
+"""A second process that stops the drum when ours is killed or hangs.
 
 This file is also the program of that process, so it imports nothing of ours.
 """
@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 
 PATIENCE_S = 0.5
-"""A drum turns on for so long after the last word of this program."""
+"""A drum turns on for this time, s, after the last sign of life of this program."""
 
 
 class Guard:
@@ -40,7 +40,7 @@ class Guard:
         )  # fmt: skip
 
     def beat(self, turning: bool) -> None:
-        """Say that this program lives, and whether the drum turns."""
+        """Signal that this program lives, and whether the drum turns."""
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError):
                 self._process.stdin.write(b"1" if turning else b"0")
@@ -55,19 +55,19 @@ class Guard:
 
 
 def watch(fd: int, patience_s: float, stop: bytes) -> None:
-    """Heed stdin: ``1`` while the drum turns, ``0`` when it stands; its end is the end of all."""
+    """Follow stdin: ``1`` while the drum turns, ``0`` when it stands; its end ends this process."""
     turning = False
     while True:
         there, _, _ = select.select([0], [], [], patience_s if turning else None)
-        said = os.read(0, 4096) if there else b""
-        if turning and not said:
+        received = os.read(0, 4096) if there else b""
+        if turning and not received:
             for _ in range(3):
                 with suppress(OSError):
                     os.write(fd, stop)
                 select.select([], [], [], 0.05)
-        if there and not said:
+        if there and not received:
             return
-        turning = said.endswith(b"1") if there else False
+        turning = received.endswith(b"1") if there else False
 
 
 if __name__ == "__main__":

@@ -1,27 +1,21 @@
-"""A serial line, and the template of what a drive on it says and answers."""
+"""A serial port that speaks lines, with checksums where the drive has them."""
 
 import binascii
-import math
 import re
 import time
 from collections.abc import Callable
 from functools import reduce
 from operator import xor
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any
 
-from pydantic import Field, model_validator
-
-from afferents.documents import as_form, read_toml
-from afferents.errors import InputError, reason_of
-from afferents.forms import StrictForm
+from afferents.errors import reason_of
 from afferents.lab.devices.base import DeviceError, not_free
 from afferents.plugins import import_extra
 
 ANSWER_S = 0.2
 """An answer takes some ms; of a USB adapter up to 16 more."""
 TRIES = 5
-"""A line is lost at most so many times in a row before the drive is given up."""
+"""A drive is given up when its answer is lost this many times in a row."""
 
 
 CHECKSUMS: dict[str, Callable[[bytes], int]] = {
@@ -71,7 +65,7 @@ class Line:
     def __init__(self, port: str, baud: int, checksum: str) -> None:
         """Open it."""
         serial: Any = import_extra("lab", "a serial drive", "serial")
-        self.port, self._checksum, self.asked_s = port, checksum, 0.0
+        self.port, self._checksum, self.sent_s = port, checksum, 0.0
         self._broken = (serial.SerialException, OSError)
         try:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
@@ -101,7 +95,7 @@ class Line:
             raise self._lost(reason_of(error).lower()) from error
 
     def ask(self, text: str, pattern: re.Pattern[str], tries: int = TRIES) -> "re.Match[str]":
-        """Send a line until its answer comes whole; `asked_s` is when it was sent last.
+        """Send a line until its answer comes whole; `sent_s` is when it was sent last.
 
         Raises
         ------
@@ -113,163 +107,22 @@ class Line:
                 self._serial.reset_input_buffer()
             except Exception as error:  # termios.error is no OSError
                 raise self._lost(reason_of(error).lower()) from error
-            self.asked_s = time.monotonic()
+            self.sent_s, received = time.monotonic(), b""
             self.tell(text)
-            found = self._answer(pattern, time.monotonic() + ANSWER_S)
-            if found is not None:
-                return found
+            until_s = time.monotonic() + ANSWER_S
+            while time.monotonic() < until_s:
+                try:
+                    received += self._serial.readline()
+                except self._broken as error:
+                    raise self._lost(reason_of(error).lower()) from error
+                if received.endswith(b"\n"):
+                    answer = unframe_line(received, self._checksum)
+                    if answer is not None and (found := pattern.search(answer)):
+                        return found
+                    received = b""
         raise self._lost(f"no answer to '{text}'")
-
-    def _answer(self, pattern: re.Pattern[str], until_s: float) -> "re.Match[str] | None":
-        line = b""
-        while time.monotonic() < until_s:
-            try:
-                line += self._serial.readline()
-            except self._broken as error:
-                raise self._lost(reason_of(error).lower()) from error
-            if not line.endswith(b"\n"):
-                continue
-            text = unframe_line(line, self._checksum)
-            found = None if text is None else pattern.search(text)
-            if found is not None:
-                return found
-            line = b""
-        return None
 
     def _lost(self, why: str) -> DeviceError:
         return DeviceError(
             f"drive at {self.port}: lost ({why}); see that the drum stands still, then plug it in"
         )
-
-
-# What a drive's serial line says and answers: a template in TOML.
-
-PRESETS = Path(__file__).parent / "presets"
-GROUPS = {"position", "speed", "fault"}
-
-
-class Question(StrictForm):
-    """A line that is sent, and a regular expression of its answer.
-
-    Attributes
-    ----------
-    send
-        The line.
-    reply
-        Its groups ``position``, ``speed`` and ``fault`` are what is read.
-    """
-
-    send: str
-    reply: re.Pattern[str]
-
-
-class Template(StrictForm):
-    """How one make of drives is spoken to.
-
-    Lines may hold ``{value}``: the speed in the drive's unit.
-
-    Attributes
-    ----------
-    name
-        Of the drive, for people.
-    baud
-        Of the line.
-    unit
-        Of its positions, and a second of its speeds.
-    counts_a_turn
-        Of the motor, where the unit is ``count``.
-    checksum
-        ``xor`` or ``crc16``: each line ends with ``*`` and, as a decimal number, the XOR or the
-        CRC-16/XMODEM of the bytes before it.
-    open, stop, close
-        Lines that set it up, stop it and release it.
-    prepare
-        Lines before it is started: they clear a fault, and switch it on.
-    start
-        Lines that give it a speed.
-    taken
-        Regular expression of the answer to each of these; without, none is waited for.
-    read
-        Questions, asked in this order.
-    no_fault
-        What the group ``fault`` holds if there is none.
-    no_position
-        What the group ``position`` holds before the drive knows it, such as before an index pulse.
-    feed
-        Lines at each read while it turns: they keep its watchdog quiet, or say its speed again.
-    """
-
-    name: str
-    baud: Annotated[int, Field(gt=0)] = 115_200
-    unit: Literal["mm", "turn", "rad", "deg", "count"] = "mm"
-    counts_a_turn: Annotated[float, Field(gt=0)] | None = None
-    checksum: Literal["none", "xor", "crc16"] = "none"
-    open: tuple[str, ...] = ()
-    prepare: tuple[str, ...] = ()
-    start: tuple[str, ...] = Field(min_length=1)
-    stop: tuple[str, ...] = Field(min_length=1)
-    close: tuple[str, ...] = ()
-    taken: re.Pattern[str] | None = None
-    read: tuple[Question, ...] = Field(min_length=1)
-    no_fault: str = "0"
-    no_position: str | None = None
-    feed: tuple[str, ...] = ()
-
-    @model_validator(mode="after")
-    def _makes_sense(self) -> Self:
-        groups = {name for question in self.read for name in question.reply.groupindex}
-        if "position" not in groups or groups - GROUPS:
-            raise ValueError("replies must have a group 'position', may have 'speed', 'fault'")
-        if not any("{value}" in line for line in self.start):
-            raise ValueError("start must have {value} in it")
-        if (self.unit == "count") != (self.counts_a_turn is not None):
-            raise ValueError("counts_a_turn goes with the unit count")
-        return self
-
-    def mm_a_unit(self, diameter_mm: float | None, gear: float) -> float:
-        """Return by how much the drum's surface moves for one unit of the motor, mm.
-
-        Parameters
-        ----------
-        diameter_mm
-            Of the drum; needed unless the drive counts mm itself.
-        gear
-            Turns of the motor for one of the drum.
-
-        Raises
-        ------
-        InputError
-            If the diameter is missing.
-        """
-        if self.unit == "mm":
-            return 1.0
-        if diameter_mm is None:
-            raise InputError(
-                f"[drive]: expected diameter_mm, since {self.name} counts in units of "
-                f"{self.unit}, found none"
-            )
-        a_turn = {"turn": 1.0, "rad": math.tau, "deg": 360.0, "count": self.counts_a_turn or 1.0}
-        return math.pi * diameter_mm / gear / a_turn[self.unit]
-
-
-def list_presets() -> list[str]:
-    """Return the names of the templates that come with the package."""
-    return sorted(path.stem for path in PRESETS.glob("*.toml"))
-
-
-def read_template(name: str) -> Template:
-    """Return a preset by its name, or the template in a TOML file.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is wrong.
-    """
-    path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
-    if not name.endswith(".toml") and name not in list_presets():
-        found = f"'{name}'"
-        raise InputError(
-            f"template: expected a TOML file, or one of {', '.join(list_presets())}, found {found}"
-        )
-    what = "a drive's template"
-    return as_form(read_toml(path, what), Template, path, what)

@@ -1,54 +1,29 @@
-"""A drive on a serial line, spoken to by a template; and speed from positions."""
+"""A drive on a serial line, spoken to by a template."""
 
 import atexit
 import math
 import re
 import threading
 import time
-from collections import deque
 from contextlib import suppress
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
 from afferents.errors import InputError
-from afferents.lab.devices.base import DeviceError, Drive, DriveLimits, DriveState, Options
+from afferents.lab.devices import base
+from afferents.lab.devices.base import DeviceError, DriveLimits, DriveState
 from afferents.lab.devices.drives.guard import Guard
-from afferents.lab.devices.drives.line import ANSWER_S, Line, frame_line, read_template
-
-WINDOW_S = 0.25
-"""Speed is the slope of the positions of so long."""
-LEAST_S = 0.02
-"""In less the slope is that of single counts."""
-
-
-class SpeedFromPosition:
-    """The slope of the newest positions, by least squares."""
-
-    def __init__(self) -> None:
-        """Know nothing yet."""
-        self._seen: deque[tuple[float, float]] = deque()
-
-    def read(self, time_s: float, position_mm: float) -> float:
-        """Take in a position; return the speed, mm/s; 0 before `LEAST_S` are over."""
-        self._seen.append((time_s, position_mm))
-        while len(self._seen) > 2 and self._seen[1][0] <= time_s - WINDOW_S:
-            self._seen.popleft()
-        times, positions = np.array(self._seen).T
-        if times[-1] - times[0] < LEAST_S:
-            return 0.0
-        times = times - times.mean()
-        return float((times * positions).sum() / (times**2).sum())
-
+from afferents.lab.devices.drives.line import ANSWER_S, Line, frame_line
+from afferents.lab.devices.drives.template import read_template
 
 TIMES = 3
-"""A stop is sent so often where nothing says that it was taken."""
+"""How often a stop is sent where no answer confirms it."""
 
 Amount = Annotated[float, Field(gt=0, lt=1e6)]
 
 
-class SerialOptions(Options):
+class SerialOptions(base.Options):
     """A drive on a serial line.
 
     Attributes
@@ -56,7 +31,7 @@ class SerialOptions(Options):
     port
         Such as ``/dev/ttyACM0`` or ``COM3``.
     template
-        A preset, or a TOML file of one's own.
+        A preset, or your own TOML file.
     baud
         Another speed of the line than the template's.
     diameter_mm
@@ -64,7 +39,7 @@ class SerialOptions(Options):
     gear
         Turns of the motor for one of the drum.
     reversed
-        Whether the drum is to turn the other way.
+        Whether the drum turns the other way.
     lowest_mm_s, highest_mm_s
         Speeds that it can hold.
     wait_s
@@ -83,7 +58,7 @@ class SerialOptions(Options):
     wait_s: Annotated[float, Field(ge=0, le=60)] = 5.0
 
 
-class SerialDrive(Drive):
+class SerialDrive(base.Drive):
     """A drive on a serial line; reading it keeps it turning."""
 
     Options = SerialOptions
@@ -130,7 +105,7 @@ class SerialDrive(Drive):
             self._guard = Guard(self._line.fd, stop)
             self._say(template.open)
             self._say(template.stop)
-            self._measured = SpeedFromPosition()
+            self._measured = base.SpeedFromPosition()
             state = self.query()
             if why := self.limits.find_impossible(state):
                 raise DeviceError(state.fault or why)
@@ -166,7 +141,7 @@ class SerialDrive(Drive):
             for question in self.template.read:
                 groups = line.ask(question.send, question.reply).groupdict()
                 if "position" in groups:
-                    time_s = (line.asked_s + time.monotonic()) / 2
+                    time_s = (line.sent_s + time.monotonic()) / 2
                 found |= groups
             return self._interpret(found, time_s)
 
@@ -174,7 +149,7 @@ class SerialDrive(Drive):
         """Stop the drum; never raises."""
         self._turning = False
         if self._line is not None:
-            with suppress(Exception):  # at once, whoever else speaks
+            with suppress(Exception):  # at once, even while another thread speaks
                 for text in self.template.stop:
                     self._line.tell(text)
             with self._speaking:

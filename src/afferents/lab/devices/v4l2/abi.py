@@ -169,11 +169,11 @@ ENUM_FRAMESIZES = _request(_READ | _WRITE, 74, FrameSize)
 ENUM_FRAMEINTERVALS = _request(_READ | _WRITE, 75, FrameInterval)
 
 
-def code_of(name: str) -> int:
+def format_code(name: str) -> int:
     """Return the number of a pixel format of four characters."""
     return int.from_bytes(name.ljust(4).encode("ascii")[:4], "little")
 
 
-def name_of(code: int) -> str:
+def format_name(code: int) -> str:
     """Return the four characters of a pixel format."""
     return (code & 0x7FFFFFFF).to_bytes(4, "little").decode("ascii", "replace").rstrip()

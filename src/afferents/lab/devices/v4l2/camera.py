@@ -10,24 +10,15 @@ import mmap
 import select
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from afferents.errors import InputError
 from afferents.lab.devices.base import Camera, CameraOptions, CameraSettings, Frame
-from afferents.lab.devices.v4l2 import abi
-from afferents.lab.devices.v4l2.node import (
-    EXPOSURE,
-    FOCUS,
-    GAIN,
-    UNITS_A_MS,
-    WHITE_BALANCE,
-    Node,
-    Wanted,
-    fix_controls,
-    formats,
-)
+from afferents.lab.devices.v4l2 import abi, controls
+from afferents.lab.devices.v4l2.node import Node
 
 PREFERRED = ("MJPG", "GREY", "YUYV")
 """Formats that ``auto`` takes, the first that the camera offers."""
@@ -35,13 +26,13 @@ BUFFERS = 32
 """Frames that the driver may hold before it loses one, as many as V4L2 allows: a third of a second
 at 90 frames/s."""
 SILENT_S = 3.0
-"""A camera that gives no frame for so long has stopped; a first one may take a second."""
+"""A camera that gives no frame for this time, s, has stopped; a first one may take a second."""
 LOOK_S = 0.1
-"""How often a camera that gives nothing is asked whether to end."""
+"""How often a camera that gives nothing looks whether it is to end."""
 
 
 class V4l2Options(CameraOptions):
-    """A camera of Linux, beside what may be asked of any.
+    """A camera of Linux: the options that V4L2 adds.
 
     Attributes
     ----------
@@ -66,17 +57,17 @@ class V4l2Options(CameraOptions):
         """Path of the device file."""
         return f"/dev/video{self.device}" if self.device.isdigit() else self.device
 
-    def wanted(self) -> list[Wanted]:
-        """Return the controls that are asked for."""
+    def wanted(self) -> list[controls.Wanted]:
+        """Return the controls that are to be set."""
         exposure = self.exposure_ms
-        units = None if exposure is None else round(exposure * UNITS_A_MS)
-        asked = (
-            (EXPOSURE, units, "exposure_ms"),
-            (GAIN, self.gain, "gain"),
-            (WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
-            (FOCUS, self.focus, "focus"),
+        units = None if exposure is None else round(exposure * controls.UNITS_A_MS)
+        given = (
+            (controls.EXPOSURE, units, "exposure_ms"),
+            (controls.GAIN, self.gain, "gain"),
+            (controls.WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
+            (controls.FOCUS, self.focus, "focus"),
         )
-        return [Wanted(number, value, name) for number, value, name in asked if value is not None]
+        return [controls.Wanted(n, v, name) for n, v, name in given if v is not None]
 
 
 class V4l2Camera(Camera):
@@ -99,7 +90,7 @@ class V4l2Camera(Camera):
             self.settings = self._set(node)
         except OSError as error:
             self.close()
-            raise node.refused(error) from error
+            raise node.refuse(error) from error
         except BaseException:
             self.close()
             raise
@@ -108,64 +99,55 @@ class V4l2Camera(Camera):
         """Yield every buffer that the driver gives."""
         node: Node = self._begin()
         try:
-            buffers = _mapped(node)
-            try:
-                yield from self._streamed(node, buffers)
-            finally:
-                _release(node, buffers)
+            with _stream(node) as buffers:
+                poll = select.poll()
+                poll.register(node.fd, select.POLLIN)
+                last_s = time.monotonic()
+                while not self._ended.is_set():
+                    poll.poll(LOOK_S * 1000)
+                    buffer = abi.Buffer(type=abi.VIDEO_CAPTURE, memory=abi.MMAP)
+                    try:
+                        node.ask(abi.DQBUF, buffer)
+                    except BlockingIOError:  # there is none yet
+                        if time.monotonic() - last_s > SILENT_S:
+                            raise self._lost(f"no frame for {SILENT_S:g} s") from None
+                        continue
+                    last_s, stamp = time.monotonic(), buffer.timestamp
+                    frame = Frame(
+                        buffer.sequence,
+                        stamp.tv_sec + stamp.tv_usec * 1e-6 if _is_monotonic(buffer) else last_s,
+                        bool(buffer.flags & abi.BUFFER_ERROR),
+                        buffers[buffer.index][: buffer.bytesused],
+                    )
+                    node.ask(abi.QBUF, buffer)
+                    yield frame
         except OSError as error:
             raise self._lost((error.strerror or str(error)).lower()) from error
 
-    def _streamed(self, node: Node, buffers: list[mmap.mmap]) -> Iterator[Frame]:
-        poll = select.poll()
-        poll.register(node.fd, select.POLLIN)
-        _stream(node, abi.STREAMON)
-        last_s = time.monotonic()
-        while not self._ended.is_set():
-            poll.poll(LOOK_S * 1000)
-            buffer = abi.Buffer(type=abi.VIDEO_CAPTURE, memory=abi.MMAP)
-            try:
-                node.ask(abi.DQBUF, buffer)
-            except BlockingIOError:  # there is none yet
-                if time.monotonic() - last_s > SILENT_S:
-                    raise self._lost(f"no frame for {SILENT_S:g} s") from None
-                continue
-            last_s = time.monotonic()
-            frame = self._frame(buffer, buffers, last_s)
-            node.ask(abi.QBUF, buffer)
-            yield frame
-
-    def _frame(self, buffer: abi.Buffer, buffers: list[mmap.mmap], arrived_s: float) -> Frame:
-        monotonic = buffer.flags & abi.CLOCK_MASK == abi.CLOCK_MONOTONIC
-        stamp = buffer.timestamp
-        return Frame(
-            buffer.sequence,
-            stamp.tv_sec + stamp.tv_usec * 1e-6 if monotonic else arrived_s,
-            bool(buffer.flags & abi.BUFFER_ERROR),
-            buffers[buffer.index][: buffer.bytesused],
-        )
-
     def _set(self, node: Node) -> CameraSettings:
-        options = self.options
-        form = self._wanted_format(node)
-        asked = _described(form)
-        found = _described(node.ask(abi.S_FMT, form))
-        if found != asked:
+        """Set what the options ask for; return what the camera reports afterwards."""
+        form = self._choose_format(node)
+        wanted = _describe_format(form)
+        found = _describe_format(node.ask(abi.S_FMT, form))
+        if found != wanted:
             raise InputError(
-                f"camera {node.path}: expected {'{} of {} x {} px'.format(*asked)}, found "
+                f"camera {node.path}: expected {'{} of {} x {} px'.format(*wanted)}, found "
                 f"{'{} of {} x {} px, which it took instead'.format(*found)}; 'afferents devices' "
                 "lists what it offers"
             )
-        fixed = fix_controls(node, options.wanted())
+        fixed = controls.fix_controls(node, self.options.wanted())
         # After the controls: a camera may give another rate for another exposure.
+        rate_hz = _set_rate(node, self.options.fps_hz)
+        node.ask(abi.REQBUFS, _request_buffers(1))  # any buffer tells which clock stamps them
+        buffer = node.ask(abi.QUERYBUF, abi.Buffer(type=abi.VIDEO_CAPTURE, memory=abi.MMAP))
+        node.ask(abi.REQBUFS, _request_buffers(0))
+        unknown = "when a frame was captured (the time is that of its arrival)"
         return CameraSettings(
-            node.name, *found, _set_rate(node, options.fps_hz), fixed,
-            () if _clock_is_monotonic(node) else
-            ("when a frame was captured (the time is that of its arrival)",),
-        )  # fmt: skip
+            node.name, *found, rate_hz, fixed, () if _is_monotonic(buffer) else (unknown,)
+        )
 
-    def _wanted_format(self, node: Node) -> abi.Format:
-        offered = formats(node)
+    def _choose_format(self, node: Node) -> abi.Format:
+        offered = node.formats()
         wanted = PREFERRED if self.options.format == "auto" else (self.options.format,)
         chosen = next((name for name in wanted if name in offered), None)
         if chosen is None:
@@ -176,22 +158,22 @@ class V4l2Camera(Camera):
         form = node.ask(abi.G_FMT, abi.Format(type=abi.VIDEO_CAPTURE))
         form.fmt.pix.width = self.options.width or form.fmt.pix.width
         form.fmt.pix.height = self.options.height or form.fmt.pix.height
-        form.fmt.pix.pixelformat = abi.code_of(chosen)
+        form.fmt.pix.pixelformat = abi.format_code(chosen)
         form.fmt.pix.bytesperline = form.fmt.pix.sizeimage = 0  # of the format that it had
         form.fmt.pix.field = 1  # V4L2_FIELD_NONE: whole frames
         return form
 
 
-def _described(form: abi.Format) -> tuple[str, int, int]:
+def _describe_format(form: abi.Format) -> tuple[str, int, int]:
     """Return the name of a pixel format, and the size."""
     pixels = form.fmt.pix
-    return abi.name_of(pixels.pixelformat), pixels.width, pixels.height
+    return abi.format_name(pixels.pixelformat), pixels.width, pixels.height
 
 
 def _set_rate(node: Node, fps_hz: float | None) -> float:
-    """Ask for a rate; return the one that the camera says it gives.
+    """Request a rate; return the one that the camera reports.
 
-    If it says none, it is the one that was asked for, and NaN where none was.
+    If it reports none, it is the one that was requested, and NaN where none was.
     """
     unknown = fps_hz or float("nan")
     rate = abi.StreamParameters(type=abi.VIDEO_CAPTURE)
@@ -209,42 +191,30 @@ def _set_rate(node: Node, fps_hz: float | None) -> float:
     return interval.denominator / interval.numerator if interval.numerator else unknown
 
 
-def _clock_is_monotonic(node: Node) -> bool:
-    """Tell by which clock buffers are stamped; drivers say so of any buffer."""
-    node.ask(abi.REQBUFS, _asked_buffers(1))
-    buffer = node.ask(abi.QUERYBUF, abi.Buffer(type=abi.VIDEO_CAPTURE, memory=abi.MMAP))
-    node.ask(abi.REQBUFS, _asked_buffers(0))
+def _is_monotonic(buffer: abi.Buffer) -> bool:
     return bool(buffer.flags & abi.CLOCK_MASK == abi.CLOCK_MONOTONIC)
 
 
-def _asked_buffers(count: int) -> abi.BufferRequest:
+def _request_buffers(count: int) -> abi.BufferRequest:
     return abi.BufferRequest(count=count, type=abi.VIDEO_CAPTURE, memory=abi.MMAP)
 
 
-def _mapped(node: Node) -> list[mmap.mmap]:
-    """Return the driver's buffers, mapped and queued."""
-    given = node.ask(abi.REQBUFS, _asked_buffers(BUFFERS)).count
+@contextmanager
+def _stream(node: Node) -> Iterator[list[mmap.mmap]]:
+    """Let the driver fill buffers, mapped into our memory, while the block lasts."""
     buffers = []
-    for index in range(given):
+    for index in range(node.ask(abi.REQBUFS, _request_buffers(BUFFERS)).count):
         buffer = abi.Buffer(index=index, type=abi.VIDEO_CAPTURE, memory=abi.MMAP)
         node.ask(abi.QUERYBUF, buffer)
         buffers.append(mmap.mmap(node.fd, buffer.length, offset=buffer.m.offset))
         node.ask(abi.QBUF, buffer)
-    return buffers
-
-
-def _release(node: Node, buffers: list[mmap.mmap]) -> None:
-    """Stop the stream and give the buffers back; a camera that is gone has done so itself."""
-    for buffer in buffers:
-        buffer.close()
-    if node.fd < 0:
-        return
     try:
-        _stream(node, abi.STREAMOFF)
-        node.ask(abi.REQBUFS, _asked_buffers(0))
-    except OSError:
-        return
-
-
-def _stream(node: Node, request: int) -> None:
-    node.ask(request, ctypes.c_int(abi.VIDEO_CAPTURE))
+        node.ask(abi.STREAMON, ctypes.c_int(abi.VIDEO_CAPTURE))
+        yield buffers
+    finally:
+        for mapped in buffers:
+            mapped.close()
+        if node.fd >= 0:
+            with suppress(OSError):  # a camera that is gone has given them back itself
+                node.ask(abi.STREAMOFF, ctypes.c_int(abi.VIDEO_CAPTURE))
+                node.ask(abi.REQBUFS, _request_buffers(0))

@@ -1,4 +1,4 @@
-"""Models to compare with, and for nothing else: ``benchmark run --models chance,nearest``."""
+"""Models to compare with: ``--models chance,nearest``."""
 
 from sklearn.dummy import DummyClassifier
 from sklearn.neighbors import KNeighborsClassifier

@@ -1,4 +1,4 @@
-"""Artificial units beside natural fibres: made alike, and said in sentences of true numbers."""
+"""Artificial units compared with natural fibres, and what was found in tables for people."""
 
 from dataclasses import replace
 
@@ -9,9 +9,9 @@ from tests.unit.neuro.test_analysis import fibres
 
 from afferents.errors import InputError
 from afferents.neuro import left_out, without_gaps
-from afferents.neuro.beside import alike, beside, matched
-from afferents.neuro.decoding import code_sentences
-from afferents.neuro.neural import sentences_of
+from afferents.neuro.matching import choose_speeds, compare, matched
+from afferents.neuro.speed import match_by_class
+from afferents.neuro.summary import summarise_decoding, summarise_rates, summarise_stretching
 from afferents.spikes import Spikes
 
 # trains here are drawn without a refractory time
@@ -39,40 +39,65 @@ TABLES = {
 }  # fmt: skip
 
 
-def test_sentences_say_what_the_tables_hold():
-    stretched = "trains find their texture at another speed in"
-    assert sentences_of(TABLES) == [
-        "SA units fire 50 spikes/s in the mean; of the recordings, the middle four fifths lie "
-        "between 10 and 90.",
-        "Most SA units are silent in a/40 (texture/speed).",
-        "PC units, at a speed held out: rates alone recognise 32% of the windows of 0.5 s, bins "
-        "of 10 ms 61% [50, 70], the best of 2 widths tried and so flattered by the choice (chance "
-        "8%).",
-        f"RA {stretched} 72% of cases when stretched by the ratio of the speeds, in 15% as they "
-        "are (chance 2%).",
-        "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",
-        "The spectral exponent of the vibration alone, one number, recognises 100% of the "
-        "recordings at a speed not learnt from (chance 50%).",
+def rows_of(table):
+    return {" ".join(row[0]): list(row[1:]) for row in table.itertuples()}
+
+
+def test_summaries_say_what_the_tables_hold():
+    natural = TABLES["rates"].assign(silent=0.0)
+    rates = summarise_rates({**TABLES, "natural_rates": natural})
+    assert rows_of(rates) == {
+        "artificial SA": ["50", "10 to 90", "—", "1 of 11"],
+        "natural SA": ["50", "10 to 90", "—", "0 of 11"],
+    }
+    slopes = TABLES["slopes"].assign(**{"class": "SA"})
+    assert (
+        rows_of(summarise_rates({**TABLES, "slopes": slopes}))["artificial SA"][2] == "0.70 ± 0.20"
+    )
+    decoding = summarise_decoding(TABLES, "")
+    assert rows_of(decoding) == {"PC held out artificial": ["32", "61 [50, 70]", "10", "8"]}
+    assert decoding.attrs["caption"].startswith("Windows of 0.5 s. ")
+    assert decoding.attrs["caption"].endswith(
+        "recognises 100% of recordings at a speed held out (chance 50%)."
+    )
+    stretching = summarise_stretching(TABLES, "")
+    assert rows_of(stretching) == {
+        "RA stretched": ["72"],
+        "RA as is": ["15"],
+        "RA chance": ["2"],
+        "RA units": ["7"],
+        "RA textures": ["55"],
+    }
+
+
+def test_summaries_put_populations_side_by_side():
+    by_class = match_by_class(TABLES["stretch"])
+    both = [
+        pd.concat(table.assign(population=one) for one in ("artificial", "natural"))
+        for table in (TABLES["resolution"], by_class)
     ]
+    found = {"beside_resolution": both[0], "beside_stretch": both[1]}
+    found["natural_stretch"] = by_class.assign(**{"class": "SA"})
+    decoding = summarise_decoding({**TABLES, **found}, "Without gaps: all.")
+    assert {row.rpartition("out ")[2] for row in rows_of(decoding)} == {
+        "artificial",
+        "matched artificial",
+        "matched natural",
+    }
+    assert "of matched populations 0.5 s" in decoding.attrs["caption"]
+    assert "Without gaps: all." in decoding.attrs["caption"]
+    stretching = summarise_stretching({**TABLES, **found}, "Matched: all.")
+    assert rows_of(stretching)["RA stretched"] == ["72", "72", "72", "—"]
+    assert rows_of(stretching)["SA stretched"] == ["—", "—", "—", "72"]
 
 
-def test_what_was_learnt_from_is_said_of_each_part():
-    for across, said in (
-        ("speeds", "PC units, at a speed held out: "),
-        ("windows", "PC units, at a speed that other windows were learnt from: "),
-        ("stretched", "PC units, at a speed held out, from trains that were stretched to it: "),
-    ):
-        (sentence,) = code_sentences(TABLES["resolution"].assign(across=across))
-        assert sentence.startswith(said)
-
-
-def test_fibres_with_gaps_are_put_beside_artificial_units():
+def test_fibres_with_gaps_are_compared_with_artificial_units():
     """No fibre is there in every trial: trains are matched, and decoded from what is whole."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
-    found = beside(artificial, natural, 0.2, 0, "made")
-    same = "6 textures of each; 17 SA, 15 RA, 7 PC of each; 1 repetition of each texture and speed"
-    assert same in found.sentences[0]
-    assert "were not recorded" in found.sentences[0]
+    found = compare(artificial, natural, 0.2, 0, "made")
+    same = "Matched: 6 textures, 17 SA, 15 RA, 7 PC units and 1 repetition of each; "
+    assert found.matched.startswith(same)
+    assert "were not recorded" in found.matched
     by = found.tables["beside_stretch"].set_index(["class", "population", "stretched"])["accuracy"]
     for population in ("artificial", "natural"):
         assert by["SA", population, True] > 0.7 > by["SA", population, False]
@@ -80,7 +105,7 @@ def test_fibres_with_gaps_are_put_beside_artificial_units():
     resolution = found.tables["beside_resolution"]
     assert set(resolution["population"]) == {"artificial", "natural"}
     assert resolution.groupby("class")["n_units"].nunique().eq(1).all()
-    assert found.sentences[-1] == left_out(natural, without_gaps(natural))
+    assert found.whole == left_out(natural, without_gaps(natural))
 
 
 def test_fibres_that_share_nothing_are_matched_alone():
@@ -90,15 +115,15 @@ def test_fibres_that_share_nothing_are_matched_alone():
     speed = natural.trials["speed_mm_s"].to_numpy()
     recorded = (texture[:, None] + np.arange(8)) % 2 == (speed[:, None] > 100)
     durations_s = np.where(recorded, natural.durations_s, np.nan)
-    found = beside(artificial, replace(natural, durations_s=durations_s), 0.2, 0, "made")
+    found = compare(artificial, replace(natural, durations_s=durations_s), 0.2, 0, "made")
     assert "beside_resolution" not in found.tables
     assert not found.figures
-    assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
+    assert found.whole.startswith("Texture can't be decoded from the fibres (")
 
 
-def test_without_gaps_decoding_stands_beside_as_well():
+def test_without_gaps_decoding_is_compared_as_well():
     natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
-    found = beside(artificial, natural, 0.2, 0, "made")
+    found = compare(artificial, natural, 0.2, 0, "made")
     assert "beside_resolution" in found.tables
     assert found.figures.keys() == {"beside"}
 
@@ -133,7 +158,7 @@ def test_repetitions_are_those_that_most_units_were_recorded_in():
 
 
 def test_speeds_are_chosen_by_their_ratios():
-    here, there = alike(np.array([10.0, 25.0, 50.0, 100.0]), np.array([40.0, 80.0]))
+    here, there = choose_speeds(np.array([10.0, 25.0, 50.0, 100.0]), np.array([40.0, 80.0]))
     assert here.tolist() == [50.0, 100.0]
     assert there.tolist() == [40.0, 80.0]
 
