@@ -26,7 +26,7 @@ from afferents.extraction.extract import responses_of
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
-from afferents.folds.held_out import text_of
+from afferents.folds.held_out import condition_text
 from afferents.models import card
 from afferents.models.model import MODELS, Model
 from afferents.parallel import side_by_side_numbered
@@ -201,7 +201,7 @@ def _leave_out(opened: Sequence[OpenedData], without: Mapping[str, str]) -> list
     """Return data without the recordings that have one of these conditions."""
 
     def declared(responses: Responses) -> dict[str, str]:
-        return {name: text_of(value) for name, value in store.conditions(responses).items()}
+        return {name: condition_text(value) for name, value in store.conditions(responses).items()}
 
     known: dict[str, set[str]] = {}
     for responses in join_recordings(opened):
@@ -269,7 +269,7 @@ def join_recordings(data: Sequence[OpenedData]) -> list[Responses]:
 
 
 def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
-    """Return what of the recordings whoever reads the numbers must know, for a summary.
+    """Return what a reader of the numbers must know of the recordings, for a summary.
 
     Returns
     -------

@@ -128,7 +128,7 @@ class FoldFacts(FoldKey):
     job_seconds: Amount | None = None
     """The same with what was read and encoded for it."""
     prediction_ms: Amount | None = None
-    """Of one test sample alone, median, ms; of models that can be asked so, under `nested`."""
+    """Of one test sample alone, median, ms; of models that can name one alone, under `nested`."""
     validated_by: Speed | GroupName
     """The speed that validated, mm/s; with another split the group."""
     validation_accuracy: Share
@@ -167,13 +167,9 @@ def finished(results: Path, key: FoldKey) -> bool:
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, group."""
     keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
-    rank = {name: i for i, name in enumerate(MODELS)}
-
-    def place(key: FoldKey) -> tuple[int, str, str, int, tuple[float, str]]:
-        own = rank.get(key.model, len(rank))
-        return own, key.model, key.protocol, key.seed, order(key.held_out)
-
-    return sorted(keys, key=place)
+    rank = {name: i for i, name in enumerate(MODELS)}  # a user's own models come last
+    keys.sort(key=lambda key: (key.model, key.protocol, key.seed, order(key.held_out)))
+    return sorted(keys, key=lambda key: rank.get(key.model, len(rank)))
 
 
 def predictions_table(

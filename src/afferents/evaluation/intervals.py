@@ -38,7 +38,7 @@ def choose_bootstrap_unit(
     """Return what is drawn anew of an evaluation of this many sessions.
 
     Sessions are, where each group held out was tested in several: one that is a group of its own,
-    or the only one tested, stands for no other.
+    or the only one tested, represents no other.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def t_interval(mean: float, drawn: NDArray[np.float64], n: int, lowest: float = 
     """
     from scipy.special import stdtrit  # workers do without
 
-    if n < 2:  # a single one says nothing of others
+    if n < 2:  # a single one shows nothing of others
         return Interval(lowest, 1.0)
     # The bootstrap's variance is that of n; n / (n - 1) of it is without bias.
     half = stdtrit(n - 1, 0.975) * np.nanstd(drawn) * np.sqrt(n / (n - 1))

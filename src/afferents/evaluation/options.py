@@ -40,7 +40,7 @@ from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.bands import name_bands
 from afferents.folds.corruption import Corruption
-from afferents.folds.held_out import SPEED, Group, Split, split_named, text_of
+from afferents.folds.held_out import SPEED, Group, Split, condition_text, split_named
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import listed
@@ -149,7 +149,7 @@ class TrainingOptions(BaseModel):
 
     @property
     def by(self) -> Split:
-        """What is held out, as the code that splits knows it."""
+        """What is held out, as an object."""
         return split_named(self.split)
 
     def training(self, network: str) -> TrainingConfig:
@@ -254,12 +254,6 @@ class EvaluationOptions(TrainingOptions):
     cluster: str | None = None
     """Run on a Dask cluster instead, such as tcp://scheduler:8786."""
 
-    @field_validator("protocol")
-    @classmethod
-    def _check_protocol(cls, given: str) -> str:
-        protocols(given)
-        return given
-
     @field_validator("speeds", mode="before")
     @classmethod
     def _read_speeds(cls, given: Any) -> tuple[float, ...]:
@@ -271,7 +265,7 @@ class EvaluationOptions(TrainingOptions):
     @classmethod
     def _read_conditions(cls, given: Any) -> dict[str, str]:
         if isinstance(given, Mapping):
-            return {str(name): text_of(value) for name, value in given.items()}
+            return {str(name): condition_text(value) for name, value in given.items()}
         return conditions_in([given] if isinstance(given, str) else given, "--without")
 
     @field_validator("test_only", mode="before")
@@ -279,7 +273,7 @@ class EvaluationOptions(TrainingOptions):
     def _read_condition(cls, given: Any) -> tuple[str, str]:
         pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
         ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
-        return str(name), text_of(value)
+        return str(name), condition_text(value)
 
     @field_validator("seeds", mode="before")
     @classmethod
@@ -303,15 +297,15 @@ class EvaluationOptions(TrainingOptions):
             given = parse_speeds(given, "--held-out") if split == SPEED else _read_names(given)
         given = _as_list(given)
         if split != SPEED:
-            return tuple(map(text_of, given))
+            return tuple(map(condition_text, given))
         try:
             return tuple(map(float, given))
         except (TypeError, ValueError):
             raise InputError(f"--held-out: expected speeds in mm/s, found {given!r}") from None
 
     @model_validator(mode="after")
-    def _check_shares(self) -> Self:
-        self.ablation  # noqa: B018  refuses shares and numbers that make no sense
+    def _check(self) -> Self:
+        _ = self.ablation, self.protocols  # which refuse what makes no sense
         return self
 
     def given(self) -> dict[str, Any]:

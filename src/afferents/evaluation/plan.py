@@ -21,7 +21,6 @@ from afferents.extraction import copies
 from afferents.files import Place
 from afferents.folds.controls import apply_control
 from afferents.folds.corruption import Corruption
-from afferents.folds.held_out import SPEED
 from afferents.models import fitting
 from afferents.models import model as rows
 from afferents.models.base import Solved
@@ -389,17 +388,11 @@ class Evaluation:
 
     def _describe_data(self) -> dict[str, Any]:
         """Return what configuration and summary share: the data, and what is not as usual."""
-        options = self.options
-        chosen = {
-            "split": options.split if options.split != SPEED.name else None,
-            "steady_s": options.steady and list(options.steady),
-            "control": options.control if options.control != "none" else None,
-            "penalty": options.penalty if options.penalty != "fixed" else None,
-            "statistics": options.statistics if options.statistics != "warmed-up" else None,
-            "recipe": options.recipe.describe(),
-            "disturb": options.disturb.describe(),
-            "disturb_training": options.disturb_training.describe(),
-        }
+        options, given = self.options, self.options.given()
+        names = "split", "control", "penalty", "statistics", "disturb", "disturb_training"
+        chosen = {name: given.get(name) for name in names}
+        chosen |= {"recipe": options.recipe.describe()}
+        chosen |= {"steady_s": options.steady and list(options.steady)}
         return {
             "schema": SCHEMA,
             "data": [origin.model_dump() for origin in self.data],
@@ -417,7 +410,7 @@ class Evaluation:
         return apply_control(with_steady(used, options.steady), options.control, options.by)
 
     def to_json(self) -> str:
-        """Return what a worker makes it from again, reading the same files; see `run.reopen`.
+        """Return what a worker makes it from again, reading the same files; see `run.run_far_job`.
 
         Raises
         ------

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
-from afferents.folds.held_out import SPEED, text_of
+from afferents.folds.held_out import SPEED, condition_text
 from afferents.folds.protocol import Fold
 from afferents.store.recording import LETTERS, folder_of
 from afferents.store.responses import Responses, conditions, speed_of, speeds_of, textures_of
@@ -24,7 +24,7 @@ _SPREAD = (0.7548776662466927, 0.5698402909980532)
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Ablation:
-    """What of the data is used; all of it as it stands.
+    """What of the data is used; by default all of it.
 
     Attributes
     ----------
@@ -102,10 +102,12 @@ class Ablation:
         name, value = self.test_only
         declared = [(str(r.attrs["name"]), conditions(r)) for r in recordings]
         tested = frozenset(
-            of for of, its in declared if name in its and text_of(its[name]) == value
+            of for of, its in declared if name in its and condition_text(its[name]) == value
         )
         if not 0 < len(tested) < len(declared):
-            there = sorted({f"{k}={text_of(v)}" for _, its in declared for k, v in its.items()})
+            there = sorted(
+                {f"{k}={condition_text(v)}" for _, its in declared for k, v in its.items()}
+            )
             raise InputError(
                 "--test-only: expected a condition of some recordings "
                 f"({', '.join(there) or 'none is declared'}), found {name}={value}, of "

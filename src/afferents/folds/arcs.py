@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
-from afferents.folds.held_out import OPTION, Group, Split, require_everywhere
+from afferents.folds.held_out import OPTION, Group, Split, keep_parts
 from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
 from afferents.store.responses import Responses, steady_s
 
@@ -93,12 +93,9 @@ class ByAngle(Split):
         for responses in recordings:
             its = np.flatnonzero(names == str(responses.attrs["name"]))
             arcs[its] = self._arcs(samples[{dims.SAMPLE: its}], responses)
-        numbers = (arcs + 1).astype(np.str_)
-        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, numbers)})
-        kept = whole.isel({dims.SAMPLE: np.flatnonzero(arcs != _NOWHERE)})
-        arcs_there = [str(number + 1) for number in range(self.n_arcs)]
-        require_everywhere(self, kept, arcs_there, "fewer arcs (--split angle-3)")
-        return kept
+        parts = np.where(arcs == _NOWHERE, "", (arcs + 1).astype(np.str_))
+        there = [str(number + 1) for number in range(self.n_arcs)]
+        return keep_parts(self, samples, parts, there, "fewer arcs (--split angle-3)")
 
     def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
         """Return the number of each sample's arc, from 0; `_NOWHERE` where it is of none.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
-from afferents.folds.held_out import OPTION, Group, Split, key_of, require_everywhere
+from afferents.folds.held_out import OPTION, Group, Split, keep_parts, key_of
 from afferents.store.motion import Series, force_along, speed_along, spread, steady_values
 from afferents.store.responses import Responses, speed_of
 
@@ -103,7 +103,7 @@ class ByBand(Split):
                 f"--bands: expected edges between which the {self.of_what} lies, which goes from "
                 f"{spread(moments)}{self.unit}, found {listed}; take others"
             )
-        return [self._name(n, edges) for n in sorted(found)]
+        return [f"{edges[n - 1]:g}" if n else "0" for n in sorted(found)]
 
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return the samples that lie in one band, with its lower edge.
@@ -118,8 +118,8 @@ class ByBand(Split):
         bands = np.full(len(samples), -1)
         for responses in there:
             its = np.flatnonzero(names == str(responses.attrs["name"]))
-            extent = (dims.START, dims.STOP)
-            start, stop = (samples[{dims.SAMPLE: its}][name].values for name in extent)
+            mine = samples[{dims.SAMPLE: its}]
+            start, stop = mine[dims.START].values, mine[dims.STOP].values
             _, low, high = self._series(responses).over(start, stop)
             first, last = (np.searchsorted(edges, ends, side="right") for ends in (low, high))
             bands[its] = np.where((first == last) & np.isfinite(low), first, -1)
@@ -128,16 +128,10 @@ class ByBand(Split):
                 f"{OPTION}: expected samples that stay within a band of {self.of_what}, found none "
                 f"of {len(samples)}; take shorter windows (--window-s, --frames) or wider bands"
             )
-        found = np.array([self._name(n, edges) for n in np.maximum(bands, 0)], dtype=np.str_)
-        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, found)})
-        kept = whole.isel({dims.SAMPLE: np.flatnonzero(bands != -1)})
+        lower = np.array(["0", *(f"{edge:g}" for edge in edges), ""])  # -1 is of no band
         moments = [self._moments(one) for one in there]
         wider = f"other bands (--bands; the {self.of_what} goes from {spread(moments)}{self.unit})"
-        require_everywhere(self, kept, self._bands_in(moments, edges), wider)
-        return kept
-
-    def _name(self, n: int, edges: NDArray[np.float64]) -> str:
-        return f"{edges[n - 1]:g}" if n else "0"
+        return keep_parts(self, samples, lower[bands], self._bands_in(moments, edges), wider)
 
     def _moments(self, responses: Responses) -> NDArray[np.float64]:
         """Return the values of a recording's steady part at regular moments."""

@@ -1,7 +1,7 @@
 """Controls: recordings from which was taken what should distinguish their textures.
 
 What is recognised all the same rests on something else: loudness, an offset of the day, or a
-mistake of whoever made the data or the model.
+mistake in the data or the model.
 """
 
 import zlib
@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
@@ -67,13 +68,15 @@ def apply_control(recordings: Sequence[Responses], control: str, split: Split) -
     if any(map(dims.of_cells, recordings)):
         expected = "sound or markers, whose ways can be changed"
         raise InputError(f"--control {control}: expected {expected}, found cells; take 'permuted'")
-    each = [_Series(responses) for responses in recordings]
-    usual = {
-        name: float(np.median([one.spread[name] for one in each if name in one.spread]))
-        for name in (dims.RA2, dims.POSITION)
-        if any(name in one.spread for one in each)
-    }
-    return [one.changed(control, usual) for one in each]
+    each = [_find_series(responses) for responses in recordings]
+    spreads: dict[str, list[float]] = {}
+    for name, (whole, used) in (item for its in each for item in its.items()):
+        spreads.setdefault(name, []).append(measure_spread(whole.values[used]))
+    usual = {name: float(np.median(values)) for name, values in spreads.items()}
+    return [
+        _change(responses, its, control, usual)
+        for responses, its in zip(recordings, each, strict=True)
+    ]
 
 
 def exchange_labels(labels: NDArray[Any], groups: NDArray[Any]) -> NDArray[Any]:
@@ -134,49 +137,43 @@ def change_series(values: Floats, control: str, usual: float, rng: np.random.Gen
     return np.asarray(np.nanstd(values, axis=0) * noise, values.dtype)
 
 
-class _Series:
-    """What of a recording changes with time, in the part of it that is used."""
+def _find_series(responses: Responses) -> dict[str, tuple[xr.DataArray, slice]]:
+    """Return what of a recording changes with time, and its steady part; all if none is known."""
+    steady, found = steady_s(responses), {}
+    for name in (dims.RA2, dims.POSITION):
+        if name in responses:
+            whole, used = read_whole(responses, name), slice(None)
+            if steady is not None and name == dims.RA2:
+                rate = float(whole.attrs[dims.SAMPLE_RATE])
+                used = slice(*(round(edge * rate) for edge in steady))
+            elif steady is not None:
+                used = slice(*np.searchsorted(responses[dims.TIME].values, steady))
+            found[name] = whole, used
+    return found
 
-    def __init__(self, responses: Responses) -> None:
-        self.responses = responses
-        self.rng = make_rng(str(responses.attrs["name"]))
-        self.whole = {
-            name: read_whole(responses, name)
-            for name in (dims.RA2, dims.POSITION)
-            if name in responses
-        }
-        self.spread = {
-            name: measure_spread(one.values[self._used(name)]) for name, one in self.whole.items()
-        }
 
-    def _used(self, name: str) -> slice:
-        """Return the steady part of a series; all of it where none is known."""
-        steady = steady_s(self.responses)
-        if steady is None:
-            return slice(None)
-        if name == dims.RA2:
-            rate = float(self.whole[name].attrs[dims.SAMPLE_RATE])
-            return slice(*(round(edge * rate) for edge in steady))
-        return slice(*np.searchsorted(self.responses[dims.TIME].values, steady))
+def _change(
+    responses: Responses,
+    series: Mapping[str, tuple[xr.DataArray, slice]],
+    control: str,
+    usual: Mapping[str, float],
+) -> Responses:
+    """Return a recording with nothing but what a control leaves.
 
-    def changed(self, control: str, usual: Mapping[str, float]) -> Responses:
-        """Return the recording with nothing but what a control leaves.
-
-        Parameters
-        ----------
-        usual
-            Standard deviation over time of such a series in the median recording.
-        """
-        found = self.responses
-        for name, one in self.whole.items():
-            # Of markers it is the way from rest that has a mean and a spread.
-            rest = read_whole(found, dims.REST_POSITION) if name == dims.POSITION else None
-            values = one.values - (0 if rest is None else rest.values)
-            used = self._used(name)
-            values[used] = change_series(values[used], control, usual[name], self.rng)
-            if rest is None:
-                found = found.assign({name: drop_digest(one.copy(data=values))})
-            else:
-                moved = drop_digest(one.copy(data=(values + rest.values).astype(one.dtype)))
-                found = replace_markers(found, moved, rest)
-        return found
+    Parameters
+    ----------
+    usual
+        Standard deviation over time of such a series in the median recording.
+    """
+    rng = make_rng(str(responses.attrs["name"]))
+    for name, (one, used) in series.items():
+        # Of markers it is the way from rest that has a mean and a spread.
+        rest = read_whole(responses, dims.REST_POSITION) if name == dims.POSITION else None
+        values = one.values - (0 if rest is None else rest.values)
+        values[used] = change_series(values[used], control, usual[name], rng)
+        if rest is None:
+            responses = responses.assign({name: drop_digest(one.copy(data=values))})
+        else:
+            moved = drop_digest(one.copy(data=(values + rest.values).astype(one.dtype)))
+            responses = replace_markers(responses, moved, rest)
+    return responses

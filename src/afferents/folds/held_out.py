@@ -169,7 +169,7 @@ class Split:
                 f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
                 f"which {len(lacking)} of {len(declared)} lack, such as {lacking[0]}"
             )
-        found = {name: text_of(its[self.name]) for name, its in declared.items()}
+        found = {name: condition_text(its[self.name]) for name, its in declared.items()}
         for name, group in found.items():
             if not 0 < len(group) <= _LONGEST:
                 expected = f"a {self.name} of 1 to {_LONGEST} characters"
@@ -303,15 +303,28 @@ def order(group: Group) -> tuple[float, str]:
     return (value, group)
 
 
-def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], wider: str) -> None:
-    """Refuse a texture that has no sample in some group, where it would not be tested.
+def keep_parts(
+    split: Split, samples: Samples, parts: NDArray[np.str_], groups: Sequence[Group], wider: str
+) -> Samples:
+    """Return the samples that are of a group, where recordings are divided into groups.
 
     Parameters
     ----------
+    parts
+        The group of each sample; empty for those that are of none.
+    groups
+        All that there are.
     wider
         What makes groups wider, apart from shorter windows and longer recordings.
+
+    Raises
+    ------
+    InputError
+        If a texture has no sample in some group, where it would not be tested.
     """
-    textures, its = samples[dims.TEXTURE].values, samples[split.coordinate].values
+    whole = samples.assign_coords({split.coordinate: (dims.SAMPLE, parts)})
+    kept = whole.isel({dims.SAMPLE: np.flatnonzero(parts != "")})
+    textures, its = kept[dims.TEXTURE].values, kept[split.coordinate].values
     for texture in np.unique(textures):
         there = set(its[textures == texture].tolist())
         for group in groups:
@@ -321,6 +334,7 @@ def require_everywhere(split: Split, samples: Samples, groups: Sequence[Group], 
                     f"{texture} in {split.printed(group)}; take shorter windows (--window-s), "
                     f"{wider}, or record for longer"
                 )
+    return kept
 
 
 def split_named(name: str) -> Split:
@@ -352,7 +366,7 @@ def split_named(name: str) -> Split:
 
 
 def column_of(table: Any) -> str:
-    """Return the name of the column that says what a table's rows were held out with."""
+    """Return the name of a table's column of what was held out."""
     return SPEED.column if SPEED.column in table else Split.column
 
 
@@ -367,7 +381,7 @@ def folder_name(group: Group) -> str:
     )
 
 
-def text_of(value: Any) -> str:
+def condition_text(value: Any) -> str:
     """Return the value of a condition as text: 1, 1.0 and ``1`` are the same trial."""
     whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
     return str(int(value)) if whole else str(value).strip()
