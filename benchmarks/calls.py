@@ -1,19 +1,21 @@
-"""How many functions a frame goes through from its mp4 to a prediction, and in how many files.
+"""How many functions a frame goes through to a prediction, and an evaluation to its first training.
 
     python benchmarks/calls.py
 
-Offline the frame is decoded, its markers are tracked, their displacement becomes a tactile image,
-and a network says the texture. Python tells of every call (`sys.setprofile`). Counted are functions
-of this package, each once, in two parts: those that are called for every frame of a recording, and
-those that all its frames go through together, from marker positions on. What prepares (opening,
-the rest frame, checks of the clip) is neither.
+Offline a frame is decoded, its markers are tracked, their displacement becomes a tactile image, and
+a network says the texture. Live a replay goes the same way, frame after frame. Python tells of
+every call (`sys.setprofile`). Counted are functions of this package, each once: of a frame those
+that are called for every frame of a recording, and those that all its frames go through together,
+from marker positions on; what prepares (opening, the rest frame, checks of the clip) is neither. Of
+an evaluation all count that are entered before its first model is fitted.
 """
 
 import argparse
 import sys
 import tempfile
+import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -24,7 +26,9 @@ import afferents
 from afferents.encodings.settings import Encodings
 from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.track import tracked
+from afferents.lab.live import LivePipeline, Network, Pace, ReplayedVideo, run
 from afferents.markers.sensor import load_sensor
+from afferents.models import fitting
 from afferents.models.model import MODELS
 from afferents.recordings.video import open_video
 
@@ -32,21 +36,36 @@ PACKAGE = str(Path(afferents.__file__).parent)
 MODEL = "sa-se"
 
 
-def entered(work: Callable[[], object]) -> Counter[CodeType]:
-    """Return how often some work enters functions of the package, in the order of first calls."""
+def entered(work: Callable[[], object], until: CodeType | None = None) -> Counter[CodeType]:
+    """Return how often some work enters functions of the package, in the order of first calls.
+
+    Those of threads that it begins count, too; after `until` is entered no more do.
+    """
     found: Counter[CodeType] = Counter()
 
     def note(frame: FrameType, event: str, _: Any) -> None:
         code = frame.f_code
-        if event == "call" and code.co_filename.startswith(PACKAGE) and code.co_name[0] != "<":
+        if event != "call" or until in found:
+            return
+        if code.co_filename.startswith(PACKAGE) and code.co_name[0] != "<":
             found[code] += 1
 
+    threading.setprofile(note)
     sys.setprofile(note)
     try:
         work()
     finally:
         sys.setprofile(None)
+        threading.setprofile(None)  # type: ignore[arg-type]  # as its documentation allows
     return found
+
+
+def count(said: str, codes: Collection[CodeType], listed: bool) -> None:
+    """Print how many functions and files there are, and which where that is wanted."""
+    files = {code.co_filename for code in codes}
+    print(f"{said}: {len(codes)} functions in {len(files)} files")
+    for code in codes if listed else ():
+        print(f"  {Path(code.co_filename).relative_to(PACKAGE)}: {code.co_qualname}")
 
 
 def main() -> None:
@@ -77,12 +96,27 @@ def main() -> None:
         tracking, n = entered(track), responses.sizes["time"]
         each = [code for code, calls in tracking.items() if calls >= n / 2]
         together = [code for code in entered(recognise) if code not in each]
-    for said, codes in (("for each frame", each), ("for all together", together)):
-        print(f"{said}: {len(codes)} functions")
-        for code in codes if asked.list else ():
-            print(f"  {Path(code.co_filename).relative_to(PACKAGE)}: {code.co_qualname}")
-    files = {code.co_filename for code in (*each, *together)}
-    print(f"a frame's way offline: {len(each) + len(together)} functions in {len(files)} files")
+        exported = Path(folder) / "model.onnx"
+        afferents.export(model, exported)
+
+        def follow() -> list[object]:
+            clip = ReplayedVideo(open_video(video), Pace(0.5))
+            return list(run([clip], LivePipeline.with_models([Network(exported)])))
+
+        follow()
+        live = [code for code, calls in entered(follow).items() if calls >= n / 2]
+        out = Path(folder) / "results"
+        evaluation = entered(
+            lambda: afferents.evaluate(
+                store, out, models=MODEL, preset="quick", workers=1, quiet=True
+            ),
+            until=fitting.fit.__code__,
+        )
+    count("for each frame", each, asked.list)
+    count("for all together", together, asked.list)
+    count("a frame's way offline", [*each, *together], False)
+    count("a frame's way live", live, asked.list)
+    count("evaluate, before its first training", evaluation, asked.list)
 
 
 if __name__ == "__main__":
