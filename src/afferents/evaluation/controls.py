@@ -404,6 +404,8 @@ def _find_doubts(
         compared_with = chance if control == "permuted" else own
         if taking.stands_out(left, compared_with, chance, recording.nunique()):
             compared = f"{left:.0%} right, where the model has {own:.0%} and chance {chance:.0%}"
+            if control != "permuted" and found[control].ci95[0] <= chance:
+                compared += " (its interval reaches chance: more textures or groups would tell)"
             yield f"{_title(control)}: {compared}: {_MEANS[control]}"
     checks = [
         (
