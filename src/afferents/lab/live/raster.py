@@ -95,7 +95,9 @@ class Raster:
 
     def _keep(self, one: _Class, fired: Fired, now_s: float) -> None:
         """Keep what units fired until now, without what is older than a second."""
-        time_s, unit = (np.concatenate(pair) for pair in zip(one.recent[1:], fired, strict=True))
+        _, time_s, unit = one.recent
+        time_s = np.concatenate([time_s, fired.time_s])
+        unit = np.concatenate([unit, fired.unit])
         is_recent = time_s > now_s - SPAN_S
         one.recent = now_s, time_s[is_recent], unit[is_recent]
 

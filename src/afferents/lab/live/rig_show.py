@@ -142,12 +142,10 @@ class _RigSource:
             texture, speed_mm_s = self._show.draw(number)
             folder, begin_s = taken
             yield Begin(self.channel, begin_s, f"{texture} mm at {speed_mm_s:g} mm/s")
-            player: Source
-            if self.channel == "video":
-                player = ReplayedVideo(open_video(folder / VIDEO), self._show.pace, begin_s)
-            else:
-                player = ReplayedSound(WavFile(folder / AUDIO), self._show.pace, begin_s)
-            yield from player.events()
+            yield from self._play(folder, begin_s).events()
+
+    def _play(self, folder: Path, begin_s: float) -> Source:
+        raise NotImplementedError
 
 
 class RigVideo(_RigSource):
@@ -156,9 +154,15 @@ class RigVideo(_RigSource):
     channel: Channel = "video"
     rate_hz = Rig().camera.fps_hz
 
+    def _play(self, folder: Path, begin_s: float) -> Source:
+        return ReplayedVideo(open_video(folder / VIDEO), self._show.pace, begin_s)
+
 
 class RigSound(_RigSource):
     """The rig's microphone."""
 
     channel: Channel = "audio"
     rate_hz = float(SAMPLE_RATE_HZ)
+
+    def _play(self, folder: Path, begin_s: float) -> Source:
+        return ReplayedSound(WavFile(folder / AUDIO), self._show.pace, begin_s)
