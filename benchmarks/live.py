@@ -45,7 +45,7 @@ from afferents.lab.live import (
 )
 from afferents.lab.live.fingertip import Fingertip
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.images import Filling
+from afferents.lab.live.touch import Filling
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card

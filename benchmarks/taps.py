@@ -22,7 +22,7 @@ from afferents.lab.recorder.rehearsal import Bench, SimulatedMicrophone, simulat
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.rig import Rig
-from afferents.rig.microphone import Microphone
+from afferents.rig.microphone import RigMicrophone
 
 OFFSETS_MS = (-60.0, -15.0, 20.0, 45.0)
 GAIN = 0.05
@@ -86,7 +86,7 @@ def offsets(text: str, offset_ms: float) -> list[dict[str, float]]:
         path = Path(place, "PLAN.toml")
         path.write_text(text)
         plan = read_plan(path)
-        bench = Bench(Rig(microphone=Microphone(gain_per_mn_s=GAIN)), plan, speed=1)
+        bench = Bench(Rig(microphone=RigMicrophone(gain_per_mn_s=GAIN)), plan, speed=1)
         devices = simulate_devices(plan, path, bench)
         devices = replace(devices, microphone=Ahead(bench, offset_ms))
         recorder = Recorder(plan, path, load_sensor("tip_b"), devices, bench=bench)

@@ -27,7 +27,7 @@ from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker, track_markers
 from afferents.parallel import side_by_side
 from afferents.recordings.video import open_video
-from afferents.rig import Camera, Rig, bumped_surface, project
+from afferents.rig import Rig, RigCamera, bumped_surface, project
 from afferents.rig.camera import Renderer
 from afferents.rig.run import simulate_run
 from afferents.store.recording import Frame, GreyImage
@@ -50,7 +50,7 @@ class Drawn:
     """Frames drawn when asked for; a `core.recording.Video`."""
 
     position: Positions
-    camera: Camera = field(default_factory=Camera)
+    camera: RigCamera = field(default_factory=RigCamera)
     path: Path = Path("drawn")
     fps_hz: float = 90.0
     width: int = 640
@@ -72,7 +72,7 @@ def slid(seconds: float) -> Positions:
 
 def film(path: Path, position: Positions, rate: float, preset: str) -> Path:
     """Write the run as an H.264 video of so many Mb/s."""
-    camera = Camera(noise_grey=2.0 if rate < 10 else 6.0)
+    camera = RigCamera(noise_grey=2.0 if rate < 10 else 6.0)
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=90, options={"preset": preset})
         stream.width, stream.height, stream.pix_fmt = camera.width, camera.height, "yuv420p"
@@ -144,7 +144,7 @@ def speed_and_error(folder: Path, position: Positions, rounds: int) -> None:
             print(f"| {preset} | {path.stat().st_size * 8e-6 / n * 90:.1f} | {median(alone):.0f} | "
                   f"{median(whole):.0f} | {ratio:.2f} | {median(published):.0f} | {times:.0f} | "
                   f"{rms(ours - truth):.3f} | {rms(theirs - truth):.3f} |", flush=True)  # fmt: skip
-    plain = Drawn(position[:JUDGED_FRAMES], Camera(noise_grey=0, blur_px=0, falloff=0))
+    plain = Drawn(position[:JUDGED_FRAMES], RigCamera(noise_grey=0, blur_px=0, falloff=0))
     found = track_markers(plain, TIP_B)[dims.POSITION].values[REST:]
     print(f"\nUncompressed, without nuisances: {rms(found - plain.position[REST:]):.3f} px.")
 

@@ -213,7 +213,7 @@ def found(*names: str) -> dict[str, dict[str, Any]]:
 
 def write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
     """Write the data of a table of the docs."""
-    sources = pages.sources_of(parts.values())
+    sources = pages.find_sources(parts.values())
     table = {"commands": [made_by(parts)], "columns": rows[0], "rows": rows[1:]}
     pages.write_json(pages.DATA / f"{name}.json", {"title": title, **sources, **table})
 

@@ -33,7 +33,7 @@ from afferents.evaluation import fold_files
 from afferents.evaluation import results as schemas
 from afferents.files import write_text
 from afferents.reporting.published import published_families
-from afferents.reporting.tables import to_markdown
+from afferents.reporting.tables import render_markdown
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -121,7 +121,7 @@ def in_code(names: Iterable[str]) -> str:
 
 def benchmark(_: str) -> str:
     """Return the table of all tasks at a glance, of the entries in the repository."""
-    return to_markdown(next(iter(tables_by_task(read_entries(DOCS / "benchmark")))))
+    return render_markdown(next(iter(tables_by_task(read_entries(DOCS / "benchmark")))))
 
 
 def controls(task: str) -> str:
@@ -183,7 +183,7 @@ def source(commands: list[str]) -> dict[str, Any]:
     }
 
 
-def sources_of(parts: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+def find_sources(parts: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return commits, days and machines of the parts of a table, each once."""
     every = list(parts)
     return {

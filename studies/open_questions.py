@@ -154,7 +154,7 @@ def found(*names: str) -> dict[str, dict[str, Any]]:
 
 def write(number: int, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
     """Write the table of a question."""
-    facts = pages.sources_of(parts.values())
+    facts = pages.find_sources(parts.values())
     mine = [name for name in parts if (KEPT / f"{name}.json").is_file()]
     lines = {"results": [name for name in parts if name not in mine], "results-open": mine}
     commands = [f'make {goal} PART="{" ".join(names)}"' for goal, names in lines.items() if names]

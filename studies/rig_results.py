@@ -96,7 +96,7 @@ def found(*names: str) -> dict[str, dict[str, Any]]:
 
 def write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
     """Write the data of a table of `rig.md` or `models.md`."""
-    sources = pages.sources_of(parts.values())
+    sources = pages.find_sources(parts.values())
     table = {"commands": [rig.made_by(parts)], "columns": rows[0], "rows": rows[1:]}
     pages.write_json(here.DATA / f"rig-{name}.json", {"title": title, **sources, **table})
 

@@ -32,7 +32,7 @@ from matplotlib.figure import Figure
 from afferents.encodings.samples import Samples
 from afferents.evaluation.choice import encodings_for
 from afferents.evaluation.data import open_data
-from afferents.evaluation.encode import require_support, sources_of
+from afferents.evaluation.data import require_support, find_sources
 from afferents.evaluation.fold_files import FoldKey, digest_of
 from afferents.evaluation.intervals import Accuracy, bootstrap_interval, count_right
 from afferents.evaluation.job import encoded, train_and_test
@@ -72,7 +72,7 @@ Test = tuple[str, str]
 
 def tests_of(recipe: Recipe, amounts: dict[str, list[str]]) -> list[Test]:
     """Return the corruptions that models of a recipe notice."""
-    sources = [s for model in recipe.models for s in sources_of(model, recipe.encodings)]
+    sources = [s for model in recipe.models for s in find_sources(model, recipe.encodings)]
     hears = any(source.encoding.of_vibration for source in sources)
     sees = any(not source.encoding.of_vibration for source in sources)
     noticed = [name for name in amounts if (hears if name == "sound" else sees)]
@@ -135,7 +135,7 @@ def session_counts(
     recordings = usual.recordings(opened)
     require_support(usual.models, recordings, may_leave_out=False)
     amounts = {name: getattr(asked, name).split(",") for name in AMOUNTS if getattr(asked, name)}
-    groups = itertools.groupby(usual.models, lambda model: sources_of(model, usual.encodings))
+    groups = itertools.groupby(usual.models, lambda model: find_sources(model, usual.encodings))
     for sources, of_group in groups:
         recipe = replace(usual, models=list(of_group))
         tests = tests_of(recipe, amounts)

@@ -33,7 +33,7 @@ from results_pages import write
 
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.rig import STEADY_S, Drum, Rig, Surface, bumped_surface
-from afferents.rig.microphone import SAMPLE_RATE_HZ, Microphone
+from afferents.rig.microphone import SAMPLE_RATE_HZ, RigMicrophone
 from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run
 
@@ -80,7 +80,7 @@ PANELS = [(kind, x, v) for kind in KINDS[1:] for x, _, v in IMAGES]
 PANELS += [("spectra", x, v) for v in SPEEDS for x in "ag"]
 
 
-class Vertical(Microphone):
+class Vertical(RigMicrophone):
     """One that hears the vertical stress, h^3 / (r^2 + h^2)^(5/2), not the mean one."""
 
     def weights(self, rest_mm: Values) -> Values:

@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 import afferents
 from afferents.channels import CHANNELS
 from afferents.encodings.frames import component_images
-from afferents.rig.camera import Camera
+from afferents.rig.camera import RigCamera
 from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum
 from afferents.store.responses import Responses, steady_s
 from afferents.store.trimming import cut_frames
 
-SPEED_MM_S, FPS_HZ = 40.0, Camera().fps_hz
+SPEED_MM_S, FPS_HZ = 40.0, RigCamera().fps_hz
 N_PADDED = 64
 """Points of the transform over pins: 0.013 cycles/mm from one to the next."""
 WIDTH = 4

@@ -115,7 +115,7 @@ from .inspection.inspect import (
 from .lab.live.fingertip import (
     stream as stream,
 )
-from .lab.live.follower import (
+from .lab.live.touch import (
     Touch as Touch,
 )
 from .lab.recorder.importing import (

@@ -84,7 +84,7 @@ def test_runs_are_extracted_with_pose_and_force_beside(runs, run, tmp_path):
 def test_inspect_says_what_is_beside_and_draws_the_first_run(runs, tmp_path):
     found = afferents.inspect(runs, tmp_path / "look", quiet=True)
     assert found.problems == []
-    (kept,) = [line for line in found.sentences if line.startswith("Kept beside: ")]
+    (kept,) = [line for line in found.sentences if line.startswith("Kept alongside: ")]
     assert "force (force_x, force_y, force_z; N; 500 rows a second; in 1 of 1 recordings)" in kept
     assert "m, rad; 125 rows a second" in kept
     assert sum(line.startswith("No sensor is named") for line in found.sentences) == 1

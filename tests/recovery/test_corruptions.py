@@ -21,7 +21,7 @@ from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import data_set_of, read_session
 from afferents.recordings.video import open_video
-from afferents.reproduction.run_folder import status
+from afferents.reproduction.status import status
 from afferents.store.responses import read_whole
 
 CASES_A_KIND = 20

@@ -9,7 +9,7 @@ import time
 import psutil
 import pytest
 
-from afferents.reproduction.run_folder import status
+from afferents.reproduction.status import status
 
 pytestmark = pytest.mark.system
 

@@ -22,12 +22,12 @@ import afferents
 from afferents.channels import Skin
 from afferents.errors import InputError
 from afferents.lab.live import CameraFrame, ReplayedVideo
-from afferents.lab.live.follower import Touch
 from afferents.lab.live.prediction import Counters
 from afferents.lab.live.replay import Pace
+from afferents.lab.live.touch import Touch
 from afferents.markers.grid import Grid
 from afferents.recordings.video import open_video
-from afferents.rig.camera import Camera as RigCamera
+from afferents.rig.camera import RigCamera
 from afferents.rig.record import write_film
 from afferents.store.recording import Frame
 

@@ -15,7 +15,7 @@ from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
 from afferents.reporting.page import render_tables
-from afferents.reporting.tables import make_table, to_markdown
+from afferents.reporting.tables import make_table, render_markdown
 
 SUFFIX = ".jsonl"
 ENTRIES = "entries"
@@ -271,7 +271,7 @@ def write_table(entries: Iterable[Entry], folder: Path) -> list[Path]:
     there = list(entries)
     tables = list(tables_by_task(there))
     texts = {
-        "table.md": "\n".join(map(to_markdown, tables)),
+        "table.md": "\n".join(map(render_markdown, tables)),
         "table.csv": table(there).to_csv(index=False),
         "table.html": render_tables("Benchmark", tables),
     }

@@ -1,6 +1,6 @@
 """Commands on devices and this machine: record, live, devices, doctor."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -165,7 +165,7 @@ def live(
 
     On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
     a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are. Exported models
-    say which texture they recognise. With --signals it gives the numbers to whoever wants them.
+    say which texture they recognise. With --signals it gives out the numbers.
 
     Parameters
     ----------
@@ -182,8 +182,8 @@ def live(
     speed
         How fast replays run: 1 as recorded, 8 times as fast, or max.
     fps
-        Without a model: frame rate asked of a camera, or true rate of a recording or a folder of
-        images (default: its own).
+        Without a model: frame rate requested of a camera, or true rate of a recording or a folder
+        of images (default: its own).
     exposure_ms
         Exposure time of the camera, ms (default: unchanged).
     audio_offset_ms
@@ -219,97 +219,106 @@ def live(
     quiet
         No progress bars; plain lines on stderr.
     """
-    from afferents.choices import flag_of, speed_factor
-    from afferents.lab.live.control import set_rest_when_asked
-    from afferents.lab.live.events import Wanted, let_go
+    from afferents.choices import speed_factor
+    from afferents.lab.live import LivePipeline, Network, Wanted, find_sensor, open_sources
+    from afferents.lab.live.control import set_rest_on_request
+    from afferents.lab.live.events import close_afterwards
     from afferents.lab.live.fingertip import stream
-    from afferents.lab.live.network import Network
     from afferents.lab.live.outlets import give_out
-    from afferents.lab.live.pipeline import LivePipeline
-    from afferents.lab.live.places import places_in
-    from afferents.lab.live.several import SHARED, commands_for, named, run_each
-    from afferents.lab.live.signals import give_signals, signals_in
-    from afferents.lab.live.sources import open_sources, sensor_of
+    from afferents.lab.live.places import prepare_places
+    from afferents.lab.live.signals import give_signals, parse_signals
     from afferents.markers.sensor import load_sensor
     from afferents.plugins import import_extra
     from afferents.recordings.session_file import rate_in
 
-    if web:  # said before models are trained, or others begin
+    if web:  # before models are trained, or others begin
         import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else rate_in(fps)
     if signals is not None and (model or web or lsl or learn):
         raise InputError(
-            "--signals: expected none of --model, --web, --lsl and --learn beside it, found one; "
-            "run another 'afferents live' for them"
+            "--signals: expected none of --model, --web, --lsl and --learn with it, found one; run "
+            "another 'afferents live' for them"
         )
     if signals is None and list(to) != ["-"]:
-        raise InputError("--to: expected --signals beside it, such as sa1,ra1, found none")
+        raise InputError("--to: expected --signals with it, such as sa1,ra1, found none")
     if max(map(len, (videos, audios, sensors))) > 1:
         if model or lsl or learn or not (web or as_json or signals):
             raise InputError(
-                "--video: expected --signals, --web or --json beside several, and none of --model, "
+                "--video: expected --signals, --web or --json with several, and none of --model, "
                 "--lsl and --learn; run an 'afferents live' for each"
             )
-        asked: dict[str, Any] = {
+        same = {
             "signals": signals, "json": as_json, "web": web, "host": host, "token": token,
             "speed": speed, "fps": fps, "exposure_ms": exposure_ms,
             "audio_offset_ms": audio_offset_ms or None, "quiet": quiet,
         }  # fmt: skip
-        given = {flag_of(key): value for key, value in asked.items() if value not in (None, False)}
-        words = [w for flag, v in given.items() for w in ((flag,) if v is True else (flag, str(v)))]
-        commands = commands_for(videos, audios, sensors, to, port, words)
-        if signals is not None:  # what is wrong is said once, before any begins
-            signals_in(signals, bool(audios))
-            places_in([named(place, name) for name in commands for place in {*to} - SHARED], ())
-        run_each(commands, control)
+        _run_several(videos, audios, sensors, to, port, same, control)
         return
-    video = videos[0] if videos else None
-    audio = audios[0] if audios else None
-    sensor = sensors[0] if sensors else None
+    video, audio, sensor = (given[0] if given else None for given in (videos, audios, sensors))
     if signals is not None:
         if video is None:
             raise InputError("--video: expected a source, such as camera:0 or rig, found none")
-        names, places = signals_in(signals, audio is not None), places_in(to, (video, audio))
+        names = parse_signals(signals, audio is not None)
+        places = prepare_places(to, (video, audio))
         tip = stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
-        with set_rest_when_asked(tip.set_rest, control):
+        with set_rest_on_request(tip.set_rest, control):
             give_signals(tip, names, places, name)
         return
     if model and sensor:
         raise InputError(
-            f"--sensor: expected none beside --model, which carries its own, found {sensor}"
+            f"--sensor: expected none with --model, which carries its own, found {sensor}"
         )
     if model and fps is not None:
-        raise InputError(f"--fps: expected none beside --model, which has its own, found {fps:g}")
+        raise InputError(f"--fps: expected none with --model, which has its own, found {fps:g}")
+    pages = {name: port for name, _, port in (page.partition("=") for page in beside)}
+    for wrong in (page for page in beside if not page.partition("=")[2].isdecimal()):
+        raise InputError(f"--beside: expected a name and a port, as right=8801, found '{wrong}'")
+    if list(model) == [Path(DEMO)]:
+        model = _train_demo(video, audio, quiet or as_json)
     if model:
-        paths = _demo(video, audio, quiet or as_json) if list(model) == [Path(DEMO)] else model
-        pipeline = LivePipeline.with_models([Network(path) for path in paths], offset_s)
+        pipeline = LivePipeline.with_models([Network(path) for path in model], offset_s)
         sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
     else:
-        of_lessons = learn / "sensor.toml" if learn else Path()
-        file = sensor or (str(of_lessons) if of_lessons.is_file() else None)
-        known = sensor_of(video, load_sensor(file) if file else None, fps_hz)
+        if sensor is None and learn is not None and (own := learn / "sensor.toml").is_file():
+            sensor = str(own)
+        known = find_sensor(video, load_sensor(sensor) if sensor else None, fps_hz)
         wanted = Wanted(sensor=known, fps_hz=fps_hz)
         sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
         pipeline = LivePipeline.without_models(sources, known, offset_s)
-    page = (host, port, token) if web else None
-    greeting = {"name": name, "beside": _pages_in(beside)}
-    with let_go(sources):
+    with close_afterwards(sources):
         if learn is not None:
             pipeline.learn(learn, (video or "").startswith("rig"))
+        greeting = {"name": name, "beside": {one: int(port) for one, port in pages.items()}}
+        page = (host, port, token) if web else None
         give_out(sources, pipeline, page, lsl, as_json, control, greeting)
 
 
-def _pages_in(beside: Sequence[str]) -> dict[str, int]:
-    """Return the ports of pages by name."""
-    pages = {name: port for name, _, port in (page.partition("=") for page in beside)}
-    wrong = [page for page in beside if not page.partition("=")[2].isdecimal()]
-    if wrong:
-        raise InputError(f"--beside: expected a name and a port, as right=8801, found '{wrong[0]}'")
-    return {name: int(port) for name, port in pages.items()}
+def _run_several(
+    videos: Sequence[str],
+    audios: Sequence[str],
+    sensors: Sequence[str],
+    to: Sequence[str],
+    port: int,
+    same: Mapping[str, Any],
+    control: bool,
+) -> None:
+    """Run `live` for each of several fingertips, with the options that are the same for all."""
+    from afferents.choices import flag_of
+    from afferents.lab.live import places, several
+    from afferents.lab.live.signals import parse_signals
+
+    given = {flag_of(key): value for key, value in same.items() if value not in (None, False)}
+    words = [w for flag, v in given.items() for w in ((flag,) if v is True else (flag, str(v)))]
+    commands = several.make_commands(videos, audios, sensors, to, port, words)
+    if same["signals"] is not None:  # what is wrong is reported once, before any begins
+        parse_signals(same["signals"], bool(audios))
+        files = {*to} - several.SHARED
+        places.prepare_places([several.add_name(at, tip) for tip in commands for at in files], ())
+    several.run_each(commands, control)
 
 
-def _demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:
+def _train_demo(video: str | None, audio: str | None, quiet: bool) -> list[Path]:
     """Return exported models for sources of the simulated rig; they are trained if need be."""
     from afferents.reproduction.demo import demo_models
 

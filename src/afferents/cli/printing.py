@@ -24,9 +24,9 @@ def lay_out(table: "DataFrame", width: int) -> str:
     from pandas import DataFrame
 
     from afferents.reporting.labels import ABSENT
-    from afferents.reporting.tables import texts_of
+    from afferents.reporting.tables import format_rows
 
-    cells = [row[table.index.nlevels :] for row in texts_of(table)]
+    cells = [row[table.index.nlevels :] for row in format_rows(table)]
     rows = DataFrame(cells, table.index, table.columns)
     kept = rows.loc[:, (rows != ABSENT).any()]
     return kept.to_string(line_width=width).replace("\\\n", "\n")

@@ -16,10 +16,10 @@ def status(results: Path) -> Output:
         Folder that 'evaluate' or 'reproduce' writes, running or not.
     """
     from afferents.reporting.tables import make_table
-    from afferents.reproduction import run_folder
+    from afferents.reproduction import status as looking
 
-    found = run_folder.status(results)
-    table = make_table("", "", ("model", "protocol", *run_folder.STATES), found.rows, n_headers=2)
+    found = looking.status(results)
+    table = make_table("", "", ("model", "protocol", *looking.STATES), found.rows, n_headers=2)
     return Output(found.facts, [table, *found.sentences])
 
 

@@ -72,8 +72,8 @@ def extract(extracted: Any, given: Given) -> Output:
 
 def evaluate(results: Any, given: Given) -> Output:
     from afferents.reporting.tables import (
-        by_touch_table,
         lengths_table,
+        recordings_table,
         short_table1,
         touches_table,
     )
@@ -81,21 +81,21 @@ def evaluate(results: Any, given: Given) -> Output:
     summary = results.found
     evaluated = set(summary.models)
     tables = [short_table1(summary)] * bool(evaluated & set(TABLE1))
-    tables += [touches_table(summary)] * bool(evaluated - set(TABLE1))
-    others = (lengths_table(summary), by_touch_table(summary))
+    tables += [recordings_table(summary)] * bool(evaluated - set(TABLE1))
+    others = (lengths_table(summary), touches_table(summary))
     tables += [table for table in others if table is not None]
     lines = [*tables, f"Results: {given['out']}"]
     return Output(results.summary, lines, _skipped(summary))
 
 
 def reproduce(results: Any, given: Given) -> Output:
-    from afferents.reporting.summary_text import headline, next_steps, what_was_held_out
     from afferents.reporting.tables import short_table1
+    from afferents.reporting.text import describe_held_out, headline, list_next_steps
 
     summary, page = results.found, results.root / "report.html"
     found = Text(headline(summary))  # wrapped between words, as the caption above it
-    lines = ["", what_was_held_out(summary), found, "", f"Report: {page.resolve()}"]
-    if steps := [step.command for step in next_steps(summary, results.root) if step.command]:
+    lines = ["", describe_held_out(summary), found, "", f"Report: {page.resolve()}"]
+    if steps := [step.command for step in list_next_steps(summary, results.root) if step.command]:
         lines += ["Next:", indent(steps[-1], "  ")]
     return Output(results.summary, [short_table1(summary), *lines], _skipped(summary))
 

@@ -256,9 +256,9 @@ class Encoding(BaseModel, ABC):
         return {"name": self.name, **self.model_dump(mode="json")}
 
     def changed(self, **wanted: Any) -> Self:
-        """Return the encoding with those of the values wanted that it has fields for.
+        """Return the encoding with those of the given values that it has fields for.
 
-        None stands for what is not wanted otherwise.
+        None stands for a value that is not to be changed.
 
         Raises
         ------
@@ -283,8 +283,8 @@ class Encoding(BaseModel, ABC):
 class VibrationEncoding(Encoding):
     """An encoding of windows of vibration, RA-II.
 
-    Its `samples` is given a response `(audio_time, channel)`. `Encoding` tells what one has to do,
-    and `SpectralEncoding` is one.
+    Its `samples` is given a response `(audio_time, channel)`. `Encoding` describes what is to be
+    written, and `SpectralEncoding` is one.
     """
 
     of_vibration: ClassVar[bool] = True

@@ -78,7 +78,7 @@ class ImageEncoding(Encoding):
             If the encoding does not write it.
         """
         raise InputError(
-            f"the encoding: expected one that says what it makes of images, found {self.name}"
+            f"the encoding: expected one that writes of_runs or samples, found {self.name}"
         )
 
     def of_frames(self, frames: Floats) -> NDArray[Any]:

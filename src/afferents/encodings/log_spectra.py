@@ -18,7 +18,7 @@ _AT_ONCE = 512
 class LogSpectra(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     """Log power in bands of frequency: windows (n, time, channel) to features (n, feature).
 
-    The mean of each channel is taken away first, so the features say nothing of offsets. Bands lie
+    The mean of each channel is taken away first, so the features hold nothing of offsets. Bands lie
     evenly on a logarithm of frequency, channel after channel. Nothing is learnt from data.
 
     Parameters

@@ -5,8 +5,8 @@ spectrum is therefore one curve that speed moves as a whole; divided by the spee
 (order tracking, as for rotating machines: Fyfe & Munck, Mech. Syst. Signal Process. 1997, 11:187).
 
 With several channels their cross-spectra show more. A pattern that slides past two taxels d mm
-apart shifts their phases by 2 pi k d, whatever the speed: so phases tell k, and with the frequency
-the speed itself. Which of two phases is ahead tells the way of the slide instead: the other way
+apart shifts their phases by 2 pi k d, whatever the speed: so phases give k, and with the frequency
+the speed itself. Which of two phases is ahead shows the way of the slide instead: the other way
 the slide is, as far as the skin allows, played backwards. So signs of phases are left out.
 """
 

@@ -30,7 +30,7 @@ class SpectralEncoding(Windowed):
     window_s, stride_s
         Length of a window and distance between the starts of neighbours, s.
     windows
-        Exactly so many windows a recording, evenly spread from end to end, instead of the
+        Number of windows a recording, evenly spread from end to end, instead of the
         stride; for recordings whose length depends on the speed. None for the stride.
     fft_points
         Points of the transform, more than the window has for zero padding; None for the

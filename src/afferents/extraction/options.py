@@ -82,7 +82,7 @@ class Extraction(BaseModel):
             ),
             "recordings": [recording.name for recording in session.recordings],
             "sensor": sensors.usual.model_dump(mode="json"),
-            **({"sensors": sensors.names_in(session)} if sensors.own else {}),
+            **({"sensors": sensors.list_names(session)} if sensors.own else {}),
             "method": self.method,
             **({} if self.vibration else {"vibration": False}),
             **({} if self.rest == "own" else {"rest": self.rest}),

@@ -14,7 +14,7 @@ from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_cli
 from afferents.markers.detect import find_markers
 from afferents.markers.estimate import looks
 from afferents.markers.rest import BITS, STALE, start_sentences
-from afferents.markers.sensor import WHOLE, Detector, DiscDetector, Picture, Sensor, load_sensor
+from afferents.markers.sensor import WHOLE, DiscDetector, Picture, Sensor, load_sensor
 from afferents.markers.suspects import count_in_fields
 from afferents.progress import printable
 from afferents.recordings.video import open_clip
@@ -36,14 +36,14 @@ def calibrate_sensor(
 ) -> tuple[list[str], Path]:
     """Measure a new sensor: how its markers look and how they are laid out.
 
-    Writes the sensor file that the other commands take, and a picture beside it to check.
+    Writes the sensor file that the other commands take, and a picture next to it to check.
 
     Parameters
     ----------
     videos
         Videos of one sensor, each beginning with the skin at rest.
     out
-        Sensor file (TOML) to write; a picture is put beside it.
+        Sensor file (TOML) to write; a picture is put next to it.
     pitch_mm
         Distance between neighbouring markers on the skin, mm, if known.
     keep
@@ -59,7 +59,7 @@ def calibrate_sensor(
     ------
     InputError
         If a clip shows no markers or another sensor, one is given twice, `out` is no .toml, or
-        it or the picture is not free; if a circle is none, or lies beside the picture.
+        it or the picture is not free; if a circle is malformed, or lies outside the picture.
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: expected a name that ends in .toml, found '{out}'")
@@ -74,7 +74,7 @@ def calibrate_sensor(
         "keep": None if keep is None else _circle("--keep", keep),
         "hide": [_circle("--hide", one) for one in hide],
     }
-    # A name that ends in a digit would be taken for an image of a numbered series.
+    # A name that ends in a digit would be read as an image of a numbered series.
     end = "-markers.png" if out.stem[-1].isdigit() else ".png"
     picture = out.with_name(out.stem + end)
     require_free(out, lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
@@ -85,14 +85,13 @@ def calibrate_sensor(
         pitch_mm,
         Picture.model_validate(masks | {"turn": turn}),
     )
-    seen = np.ones(len(found.position), dtype=bool)
-    source = ", ".join(video.name for video in videos)
+    n = len(found.suspects)
     figure = markers_figure(
         found.image,
         found.position,
-        seen,
-        source,
-        title=_counted(found),
+        np.ones(len(found.position), dtype=bool),
+        ", ".join(video.name for video in videos),
+        title=f"{len(found.position)} markers" + (f"; {n} suspects are left out" if n else ""),
         suspects=found.suspects,
         masks=found.sensor.picture.masks,
     )
@@ -112,107 +111,77 @@ def _circle(flag: str, text: str) -> tuple[float, ...]:
 
 
 def describe(found: Calibration) -> list[str]:
-    """Say what was found, to be checked against the picture."""
+    """Return in sentences what was found, to be checked against the picture."""
     sensor, layout, picture = found.sensor, found.found, found.picture
-    shade = "bright" if sensor.looks.blob_colour else "dark"
+    detector, bright = sensor.looks, sensor.looks.blob_colour
     size = f", {sensor.rows} x {sensor.columns}" if sensor.rows else ""
     roll = f", rolled by {layout.roll_deg:.1f} deg" if layout.roll_deg == layout.roll_deg else ""
     scale, mm = "", ""
     if sensor.pitch_mm:
         px_per_mm = layout.spacing_px / sensor.pitch_mm
         scale = f" ({px_per_mm:.1f} px a mm)"
-        if isinstance(sensor.looks, DiscDetector):
-            mm = f" ({sensor.looks.radius_px / px_per_mm:.2f} mm)"
-    n = len(found.clips)
-    clips = f" that at least half of {n} clips show" if n > 1 else ""
-    missing = (sensor.n_markers or 0) - len(found.position)
+        if isinstance(detector, DiscDetector):
+            mm = f" ({detector.radius_px / px_per_mm:.2f} mm)"
+    n, n_clips, n_suspects = len(found.position), len(found.clips), len(found.suspects)
+    clips = f" that at least half of {n_clips} clips show" if n_clips > 1 else ""
+    missing = (sensor.n_markers or 0) - n
     masked = " where keep and hide leave the picture" if sensor.picture.masks else ""
-    return [
-        f"{len(found.position)} {shade} markers{masked}{clips}, {looks(sensor.looks)}{mm}, "
+    sentences = [
+        f"{n} {'bright' if bright else 'dark'} markers{masked}{clips}, {looks(detector)}{mm}, "
         f"{layout.spacing_px:.1f} px apart{scale}.",
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
         f"{picture.edge_px:.1f} px wide.",
-        *_shine(sensor.looks),
-        *_cut(found),
-        *_fields(found),
-        *_suspects(found),
-        _again(found),
-        *_motion(found),
     ]
+    if detector.shine_px is not None:
+        sentences.append(
+            f"{'Dark spots' if bright else 'Highlights'} of up to {detector.shine_px} px inside "
+            "the markers are taken out before these are looked for (shine_px in the sensor file)."
+        )
+    sentences += _describe_cuts(found)
+    fields = count_in_fields(np.concatenate([found.position, found.suspects]))
+    if len(fields) > 1:  # as mirrors make them
+        sentences.append(
+            f"The picture shows {len(fields)} fields of dots apart from one another, of "
+            f"{', '.join(map(str, fields[:-1]))} and {fields[-1]}; if they are several skins or "
+            "mirrors, give each a sensor file of its own, with --keep round it."
+        )
+    if n_suspects:
+        sentences.append(
+            f"{n_suspects} more look like markers and are left out (another colour in the "
+            "picture): they lie beyond the layout, or stand still while all round them moves."
+        )
+    sentences.append(
+        f"{found.n_again} of {n} are found again in most of the {found.n_checked} frames after "
+        "those used."
+        if found.n_checked
+        else "No frame is left to look for them again; a longer clip would show more."
+    )
+    return [*sentences, *_describe_motion(found)]
 
 
-def _counted(found: Calibration) -> str:
-    n = len(found.suspects)
-    return f"{len(found.position)} markers" + (f"; {n} suspects are left out" if n else "")
+def _describe_cuts(found: Calibration) -> list[str]:
+    """Return which circles cut through dots: such a dot is found or lost as the skin moves.
 
-
-def _shine(detector: Detector) -> list[str]:
-    """Say what is taken out of the picture before markers are looked for."""
-    if detector.shine_px is None:
-        return []
-    spots = "Dark spots" if detector.blob_colour else "Highlights"
-    return [
-        f"{spots} of up to {detector.shine_px} px inside the markers are taken out before these "
-        "are looked for (shine_px in the sensor file)."
-    ]
-
-
-def _cut(found: Calibration) -> list[str]:
-    """Say which circles cut through dots: such a dot is found or lost as the skin moves.
-
-    Nothing is said of what is centred in a circle that hides it, such as a lamp.
+    What is centred in a circle that hides it, such as a lamp, is not named.
     """
     whole = found.sensor.model_copy(update={"picture": WHOLE})
     centre, area = find_markers(found.image, whole)
-    said = []
+    sentences = []
     for key, (x, y, radius) in found.sensor.picture.masks:
         beyond_px = np.hypot(*(centre - (x, y)).T) - radius
         cut = (np.abs(beyond_px) < np.sqrt(area / np.pi)) & ((key == "keep") | (beyond_px > 0))
         if n := int(cut.sum()):
             dots = "1 dot" if n == 1 else f"{n} dots"
-            said.append(
+            sentences.append(
                 f"--{key} {x:g},{y:g},{radius:g} cuts through {dots}: move its edge, so that each "
                 "dot lies within it or outside."
             )
-    return said
+    return sentences
 
 
-def _fields(found: Calibration) -> list[str]:
-    """Say where a picture shows several fields of dots, as mirrors make them."""
-    sizes = count_in_fields(np.concatenate([found.position, found.suspects]))
-    if len(sizes) < 2:
-        return []
-    return [
-        f"The picture shows {len(sizes)} fields of dots apart from one another, of "
-        f"{', '.join(map(str, sizes[:-1]))} and {sizes[-1]}; if they are several skins or mirrors, "
-        "give each a sensor file of its own, with --keep round it."
-    ]
-
-
-def _suspects(found: Calibration) -> list[str]:
-    """Say how much looks like a marker and is none."""
-    n = len(found.suspects)
-    if n == 0:
-        return []
-    return [
-        f"{n} more look like markers and are left out (another colour in the picture): they lie "
-        "beyond the layout, or stand still while all round them moves."
-    ]
-
-
-def _again(found: Calibration) -> str:
-    """Say how many markers are there in frames that were not used."""
-    if found.n_checked == 0:
-        return "No frame is left to look for them again; a longer clip would show more."
-    return (
-        f"{found.n_again} of {len(found.position)} are found again in most of the "
-        f"{found.n_checked} frames after those used."
-    )
-
-
-def _motion(found: Calibration) -> list[str]:
-    """Say how the clips start, and where the skin moved, which makes places at rest doubtful."""
+def _describe_motion(found: Calibration) -> list[str]:
+    """Return how the clips start, and where the skin moved: places at rest are doubtful there."""
     clips = {clip.video.path.name: clip for clip in found.clips}
     starts = {name: {STALE: clip.rest_frame, BITS: clip.bits} for name, clip in clips.items()}
     return start_sentences(starts) + [
@@ -240,7 +209,7 @@ def calibrate(
         A clip (a video, or a folder of numbered images) that begins with the skin at rest, or
         several of the same sensor.
     out
-        Sensor file to write, ending in ``.toml``; a picture to check comes beside it.
+        Sensor file to write, ending in ``.toml``; a picture to check comes next to it.
     pitch_mm
         Distance of the markers on the skin, mm, if known.
     force

@@ -20,12 +20,8 @@ from afferents.recordings.audio import WavFile, sound_within
 from afferents.recordings.check import video_facts
 from afferents.recordings.session_file import rate_in
 from afferents.recordings.video import Footage, VideoWithProgress, open_clip
+from afferents.reporting import recording_figures
 from afferents.reporting.overlay import write_overlay
-from afferents.reporting.recording_figures import (
-    markers_figure,
-    responses_figure,
-    vibration_figure,
-)
 from afferents.reporting.style import save_figure
 from afferents.store.recording import GreyImage
 
@@ -53,7 +49,7 @@ def inspect_video(
     overlay: Path | None = None,
     fps_hz: float | None = None,
 ) -> Inspection:
-    """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
+    """Track a video's markers and report how well that went; draw markers, SA-I and RA-I."""
     video = open_clip(path, None if fps_hz is None else rate_in(fps_hz))
     found = Inspection(str(path), facts={"video": video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
@@ -98,7 +94,7 @@ def draw_video(
     """
     responses = marker_responses(tracks, sensor)
     positions = tracks[dims.POSITION].values
-    markers = markers_figure(
+    markers = recording_figures.markers_figure(
         image,
         positions[-1],
         tracks[dims.DETECTED].values[-1],
@@ -106,7 +102,7 @@ def draw_video(
         positions,
         masks=sensor.picture.masks,
     )
-    over_time = responses_figure(responses[dims.SA1], responses[dims.RA1], name)
+    over_time = recording_figures.responses_figure(responses[dims.SA1], responses[dims.RA1], name)
     return [
         save_figure(markers, out / MARKERS),
         save_figure(over_time, out / RESPONSES),
@@ -114,14 +110,14 @@ def draw_video(
 
 
 def inspect_wav(path: Path, out: Path) -> Inspection:
-    """Say what a wav file holds and draw its start; the last channel is the sensor's."""
+    """Report what a wav file holds and draw its start; the last channel is the sensor's."""
     header = WavFile(path, 0)
     audio = WavFile(path, header.n_channels - 1)
     seconds = audio.n_samples / audio.sample_rate_hz
     found = Inspection(str(path))
     found.sentences.append(
         f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s; "
-        f"channel {audio.n_channels} is taken for the sensor."
+        f"channel {audio.n_channels} is used as the sensor's."
     )
     samples = audio.samples()
     numbers = samples[np.isfinite(samples)]
@@ -150,5 +146,5 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
 def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     """Draw the first seconds of vibration and their spectrum."""
     n = max(4, round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE]))
-    figure = vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
+    figure = recording_figures.vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
     return save_figure(figure, out / VIBRATION)

@@ -1,6 +1,7 @@
 """A first session.toml or dataset.toml for a folder: what was found, and what was guessed."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +28,8 @@ from afferents.store.motion import TELL_SPEED
 from afferents.store.recording import RecordingSet, require_utf8
 
 MARK = "written by 'afferents init'"
+MOST_NAMED = 30
+"""Textures that are named at most, and values of a condition."""
 _STRAY = "Files whose names do not follow this pattern are left out"
 
 
@@ -38,21 +41,23 @@ class FirstSession:
     sentences: list[str]
 
 
-def _is_of_tables(folder: Path) -> bool:
-    """Tell whether a folder holds tables, and neither videos nor sound nor images."""
-    try:
-        return bool(tables_in(folder)) and not media_in(folder)
-    except OSError:  # which whoever looks for videos says
-        return False
-
-
-def _first_data_set(folder: Path, force: bool) -> FirstSession:
+def _describe_tables(folder: Path, force: bool) -> FirstSession:
     """Write a first `dataset.toml` into a folder of tables."""
     target = folder / DATA_SET_FILE
     require_free(target, _is_ours, force=force)
-    lines, said = guess_data_set(folder, tables_in(folder))
+    lines, sentences = guess_data_set(folder, tables_in(folder))
     write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
-    return FirstSession(target, [*said, *_outcome_of_tables(folder)])
+    try:
+        data_set = Described(folder)
+        session = data_set.scan()
+        for recording in session.recordings[:1]:
+            if recording.audio is not None:
+                recording.audio.read()
+    except InputError as error:
+        fault = f"To be mended before it can be learnt from: {error}."
+        return FirstSession(target, [*sentences, fault])
+    grid = f"{grid_sentence(session)} Check all with 'afferents inspect'."
+    return FirstSession(target, [*sentences, *data_set.left_out(session), grid])
 
 
 def _is_ours(path: Path) -> bool:
@@ -66,38 +71,20 @@ def _head(what: str) -> list[str]:
     ]
 
 
-def _outcome_of_tables(folder: Path) -> list[str]:
-    """Say what it reads as, and leaves out, or what is still to be mended."""
-    try:
-        data_set = Described(folder)
-        session = data_set.scan()
-        for recording in session.recordings[:1]:
-            if recording.audio is not None:
-                recording.audio.read()
-    except InputError as error:
-        return [f"To be mended before it can be learnt from: {error}."]
-    grid = f"{grid_sentence(session)} Check all with 'afferents inspect'."
-    return [*data_set.left_out(session), grid]
-
-
-MOST_NAMED = 30
-"""So many textures are named, and values of a condition."""
-
-
 def grid_sentence(session: RecordingSet) -> str:
-    """Say of how many textures and speeds there are recordings."""
+    """Return of how many textures and speeds there are recordings."""
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     n = len(session.speeds_mm_s)
     at = f"{n} speed{'s' * (n > 1)} ({speeds} mm/s)" if speeds else "unknown speed"
     if not speeds and all({log.name for log in r.beside} & TELL_SPEED for r in session.recordings):
-        at = "speeds that are logged beside"
+        at = "speeds that are logged alongside"
     return (
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
-        f"({some_of(session.textures)}) at {at}."
+        f"({list_first(session.textures)}) at {at}."
     )
 
 
-def some_of(names: Sequence[str]) -> str:
+def list_first(names: Sequence[str]) -> str:
     """Return the first names, and dots where there are more."""
     return ", ".join([*names[:MOST_NAMED], *["..."] * (len(names) > MOST_NAMED)])
 
@@ -174,17 +161,27 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
             f"{folder}: expected a folder that needs a description, found {known.title}, which "
             f"'afferents extract {folder} OUT.zarr' reads as they are"
         )
-    if _is_of_tables(folder):
-        return _first_data_set(folder, force)
+    try:
+        has_tables = bool(tables_in(folder)) and not media_in(folder)
+    except OSError:  # which `_look` reports
+        has_tables = False
+    if has_tables:
+        return _describe_tables(folder, force)
     target = folder / SESSION_TOML
     if (folder / SESSION_FILE).exists():
-        do = "it says already what a session file says"
+        do = "it holds already what a session file would"
         raise InputError(f"{folder}: expected a folder without {SESSION_FILE}, found one{then(do)}")
     require_free(target, _is_ours, force=force)
     found = _look(folder)
-    lines, sentences = _written(found)
+    lines, sentences = _write_lines(found)
     write_text(target, "\n".join(lines) + "\n")
-    return FirstSession(target, [*sentences, *_doubts(found), *_outcome(folder)])
+    try:
+        session = read_session(folder)
+    except InputError as error:
+        outcome = [f"To be mended before it is a session: {error}."]
+    else:
+        outcome = [grid_sentence(session), *session.left_out()]
+    return FirstSession(target, [*sentences, *_list_doubts(found), *outcome])
 
 
 def _look(folder: Path) -> _Found:
@@ -199,13 +196,13 @@ def _look(folder: Path) -> _Found:
             f"{folder}: expected a folder of recordings, found the images of one; give the folder "
             f"that holds it, {folder.resolve().parent}"
         )
-    paths = [path for path in paths if path != folder]  # pictures beside recordings
+    paths = [path for path in paths if path != folder]  # pictures among recordings
     if not paths:
         raise InputError(
             f"{folder}: expected videos, sound, or folders of numbered images, found none of them"
         )
     rates, lengths, broken = {}, {}, {}
-    media = [_as_named(folder, path) for path in paths]
+    media = [f"{path.relative_to(folder).as_posix()}{'/' * path.is_dir()}" for path in paths]
     for name in media:
         require_utf8(name)
     for name, path in zip(media, paths, strict=True):
@@ -217,48 +214,44 @@ def _look(folder: Path) -> _Found:
             broken[name] = str(error)
         else:
             rates[name], lengths[name] = video.fps_hz, video.duration_s
-    return _Found(media, rates, lengths, broken, _sensors_in(folder), in_layout)
-
-
-def _as_named(folder: Path, path: Path) -> str:
-    return path.relative_to(folder).as_posix() + ("/" if path.is_dir() else "")
-
-
-def _sensors_in(folder: Path) -> list[str]:
-    """Return the sensor files in a folder."""
-    found = []
+    sensors = []
     for path in sorted(folder.glob("*.toml")):
-        try:
+        with suppress(InputError):
             load_sensor(path)
-        except InputError:
-            continue
-        found.append(path.name)
-    return found
+            sensors.append(path.name)
+    return _Found(media, rates, lengths, broken, sensors, in_layout)
 
 
-def _written(found: _Found) -> tuple[list[str], list[str]]:
+def _write_lines(found: _Found) -> tuple[list[str], list[str]]:
     """Return the lines of a session file, and sentences on what they rest on."""
     head = [*_head("session file"), ""]
     videos = [path for path in found.readable if not is_sound(Path(path))]
     if found.in_layout:
         sentences = ["Recordings lie in the published layout, <texture>/<speed>/video.mp4."]
-        return [*head, *_common(found, {})], sentences
-    own, names = _own_sensors(found), videos or found.readable
+        return [*head, *_write_common(found, {})], sentences
+    names, own = videos or found.readable, {}
+    if len(found.sensors) > 1:  # some may be named like recordings
+        by_stem = {Path(sensor).stem: sensor for sensor in found.sensors}
+        stems = {path: Path(path.rstrip("/")).stem for path in found.readable}
+        own = {path: by_stem[stem] for path, stem in stems.items() if stem in by_stem}
     pattern = guess_rule(names)
     if pattern and not own and not found.broken:
-        lines, sentences = _by_pattern(found, pattern, names)
-        return [*head, *lines, "", *_common(found, own)], sentences
+        lines, sentences = _write_pattern(found, pattern, names)
+        return [*head, *lines, "", *_write_common(found, own)], sentences
     guesses = guess_recordings(found.readable)
-    said = [
+    sentences = [
         f"{len(guesses)} recordings are listed one by one; guessed: the texture is the first "
         "folder, or else the file's name."
     ]
     if not any(guess.speed_mm_s for guess in guesses):
-        said.append("No name says a speed in mm/s: fill in speed_mm_s where you know it.")
-    return [*head, *_common(found, own), *_listed(guesses, own, _rates_apart(found))], said
+        sentences.append("No name says a speed in mm/s: fill in speed_mm_s where you know it.")
+    recordings = _write_list(guesses, own, _find_contradictions(found))
+    return [*head, *_write_common(found, own), *recordings], sentences
 
 
-def _by_pattern(found: _Found, pattern: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
+def _write_pattern(
+    found: _Found, pattern: str, names: Sequence[str]
+) -> tuple[list[str], list[str]]:
     """Return the lines and sentences of names that follow a rule."""
     lines = [
         "# What stands in braces is read from the names of files. texture may be any label; speed",
@@ -278,17 +271,8 @@ def _by_pattern(found: _Found, pattern: str, names: Sequence[str]) -> tuple[list
     return lines, sentences
 
 
-def _own_sensors(found: _Found) -> dict[str, str]:
-    """Return sensor files that are named like recordings, where there are several."""
-    if len(found.sensors) < 2:
-        return {}
-    by_stem = {Path(sensor).stem: sensor for sensor in found.sensors}
-    stems = {path: Path(path.rstrip("/")).stem for path in found.readable}
-    return {path: by_stem[stem] for path, stem in stems.items() if stem in by_stem}
-
-
-def _common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines on what all recordings share; what nobody knows is commented out."""
+def _write_common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines on what all recordings share; what is not known is commented out."""
     if len(found.sensors) == 1:
         yield f"sensor = {quoted(found.sensors[0])}"
     elif not own and found.has_pictures:
@@ -312,14 +296,14 @@ def _common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
         yield f"# Left out, since it can't be read: {path!a} ({fault!a})"
 
 
-def _rates_apart(found: _Found) -> dict[str, float]:
+def _find_contradictions(found: _Found) -> dict[str, float]:
     """Return the videos' rates, Hz, if they contradict each other."""
     rates = found.rates_hz
     apart = rates and max(rates.values()) > min(rates.values()) * (1 + RATE_TOLERANCE)
     return rates if apart else {}
 
 
-def _listed(
+def _write_list(
     guesses: Sequence[Guess], own: Mapping[str, str], rates_hz: Mapping[str, float]
 ) -> Iterator[str]:
     for guess in guesses:
@@ -342,12 +326,12 @@ def _listed(
             yield f"# fps_hz = {rates_hz[guess.video]:g}  # as its container says"
 
 
-def _doubts(found: _Found) -> Iterator[str]:
+def _list_doubts(found: _Found) -> Iterator[str]:
     """Yield what a person should look at."""
     if found.broken:
         paths = [Path(path) for path in found.broken]
         yield f"Can't be read, and left out: {named(Path(), paths)}."
-    if rates := _rates_apart(found):
+    if rates := _find_contradictions(found):
         slow, fast = min(rates, key=lambda path: rates[path]), max(rates, key=lambda p: rates[p])
         yield (
             f"Frame rates contradict each other: {rates[slow]:g} in {slow}, {rates[fast]:g} in "
@@ -362,12 +346,3 @@ def _doubts(found: _Found) -> Iterator[str]:
         )
     if not found.sensors and found.has_pictures:
         yield "No sensor file lies here: make one with 'afferents calibrate' and name it as sensor."
-
-
-def _outcome(folder: Path) -> list[str]:
-    """Say what the session file reads as, and leaves out, or what is still to be mended."""
-    try:
-        session = read_session(folder)
-    except InputError as error:
-        return [f"To be mended before it is a session: {error}."]
-    return [grid_sentence(session), *session.left_out()]

@@ -424,7 +424,7 @@ class Sensors:
     usual: Sensor
     own: Mapping[str, Sensor] = field(default_factory=dict)
 
-    def names_in(self, session: Session) -> list[str]:
+    def list_names(self, session: Session) -> list[str]:
         """Return the names of the sensors of a session's recordings, each once."""
         return sorted({self.of(recording).name for recording in session.recordings})
 

@@ -44,7 +44,7 @@ class Calibration(NamedTuple):
 def calibrate_model(
     deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samples
 ) -> Calibration:
-    """Set a network's temperature and what it knows, in place."""
+    """Set a classifier's temperature and what is known to it, in place."""
     train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
     network = deployed.network
     seen, unseen = (
@@ -108,7 +108,7 @@ def soften(logits: Floats, temperature: float, most: float) -> float:
     """Return the temperature, or the lowest at which the likeliest has `most` in the mean.
 
     Where all of a few samples are right, the fitted temperature is as low as it may be, and
-    probabilities say 100%.
+    probabilities are 100%.
     """
 
     def above(log_temperature: float) -> float:

@@ -160,14 +160,6 @@ class OwnEstimator(Solved):
         """Return one for samples of any shape."""
         return cls(task.n_classes)
 
-    @classmethod
-    def of_fitted(cls, fitted: Any, task: Task) -> Self:
-        """Return one with an estimator that has learnt already."""
-        made: type[Self] = get_classifier(fitted)  # type: ignore[assignment]
-        classifier = made.built_for(task)
-        classifier.fitted = fitted
-        return classifier
-
     def last_features(self, samples: Tensor) -> Tensor:
         """Return log-probabilities: what an estimator does inside is its own."""
         return self.scores(samples)

@@ -214,7 +214,7 @@ def training_config(
 
     `quick` is **not** their recipe: it thins the samples, has smaller batches and
     higher learning rates, stops sooner, and trains the CNN-LSTM in stages. A training takes
-    seconds instead of an hour. Its accuracies say that the way of the data works, not how good
+    seconds instead of an hour. Its accuracies show that the way of the data works, not how good
     the method is.
 
     Raises

@@ -180,7 +180,7 @@ class Recogniser(NamedTuple):
             `probability (sample, texture)`, rows sum to 1; `novelty (sample)`, above 1 where a
             sample is unlike all that was learnt from; `speed_outside (sample)`, whether the
             sample's speed is known and slower or faster than all that was learnt from: novelty
-            says nothing there, for known textures are novel too; and the coordinates of the
+            means nothing there, for known textures are novel too; and the coordinates of the
             samples.
 
         Raises

@@ -1,4 +1,4 @@
-"""Evidence over time: what many uncertain samples of one touch say together."""
+"""Evidence over time: probabilities of many uncertain samples of one touch, joined."""
 
 import math
 
@@ -44,7 +44,7 @@ class EvidenceAccumulator:
 
     @property
     def probabilities(self) -> NDArray[np.float64]:
-        """What all evidence says, shape (n_classes,)."""
+        """Of each texture by all evidence, shape (n_classes,)."""
         powers = np.exp(self._sum - self._sum.max(initial=-np.inf))
         return np.asarray(powers / powers.sum())
 
@@ -59,7 +59,7 @@ class EvidenceAccumulator:
         return self._sure_s - self._since_s
 
     def add(self, time_s: float, probabilities: NDArray[np.floating], lasts_s: float) -> None:
-        """Take in what a sample says.
+        """Add a sample.
 
         Parameters
         ----------

@@ -1,7 +1,6 @@
 """Fitting what is solved at once on a fold: solved models, late fusions of them, and estimators."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,19 +66,24 @@ def fit_solved(task: Fitting) -> Fitted:
     lead, first = parts[0], learnt[0]
     if is_fusion:
         tested, accuracy, classifier, facts = _fuse(learnt, parts, learnt_from, model.parts)
-        predict_again = None
     else:
         tested, classifier, facts = first.tested, first.classifier, {"penalty": first.penalty}
         accuracy = _accuracy(first.unseen, find_labels(lead.samples)[learnt_from[0]])
-        predict_again = partial(_probabilities, first.classifier, lead.samples)
     if not np.isfinite(tested).all():
         raise AfferentsError(
             f"{model.name}: expected log-probabilities of the test samples, found some that are "
             "infinite or no numbers; look at the samples with afferents.samples"
         )
+
+    def predict_again(index: Indices) -> Floats:
+        scores = score(first.classifier, lead.samples, index)
+        return np.exp(_logs(scores, float(first.classifier.temperature)))
+
     facts |= _describe_fold(lead.fold, len(learnt_from[0]), accuracy)
     speed = _predict_speeds(first.classifier, lead, tested.argmax(axis=1))
-    return Fitted(classifier, np.exp(tested).astype(np.float32), speed, facts, predict_again)
+    probabilities = np.exp(tested).astype(np.float32)
+    again = None if is_fusion else predict_again
+    return Fitted(classifier, probabilities, speed, facts, again)
 
 
 def fit_estimator(task: Fitting) -> Fitted:
@@ -237,10 +241,6 @@ def score(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
 def _logs(scores: Tensor, temperature: float) -> Floats:
     """Return the log-probabilities that scores mean at a temperature, (n, n_classes)."""
     return np.asarray(solved.log_probabilities(scores.double(), temperature).numpy())
-
-
-def _probabilities(classifier: Solved, samples: Samples, index: Indices) -> Floats:
-    return np.exp(_logs(score(classifier, samples, index), float(classifier.temperature)))
 
 
 def _fuse(

@@ -65,7 +65,8 @@ def load_model(folder: Path) -> Recogniser:
         with reading(path, _ESTIMATOR, OSError):
             content = path.read_bytes()
         fitted = _load_estimator(content, card.estimator, path)
-        network = OwnEstimator.of_fitted(fitted, task)
+        network = build_classifier(get_classifier(fitted), task)
+        network.fitted = fitted
     deployed = Deployed(network, len(card.textures), card.scale)
     load_weights(deployed, folder / WEIGHTS)
     return Recogniser(card, deployed.eval())

@@ -1,6 +1,6 @@
-"""Late fusion: what several models of one touch say together.
+"""Late fusion: the probabilities of several models of one touch, joined.
 
-It weighs the log-probabilities of its parts; `models.fit_solved` says what it learns on a fold.
+The log-probabilities of the parts are weighed; `models.fit_solved` learns the weights on a fold.
 """
 
 from typing import Self

@@ -192,7 +192,7 @@ def train_in_stages(
     costs a tenth of a run, and the second stage next to nothing.
 
     Of every training run one frame is taken, the first of the first run, the second of the
-    second and so on; the image stage is trained as `config.of_images` says, on as many frames as
+    second and so on; the image stage is trained by `config.of_images`, on as many frames as
     there are training runs times `config.frames_a_run`.
 
     Parameters

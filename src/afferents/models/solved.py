@@ -266,7 +266,7 @@ def equal_weights(labels: Tensor, groups: Tensor) -> Tensor:
 class Discriminant(Ridge):
     """A linear discriminant, whose covariance within textures is shrunk.
 
-    Textures are clouds of one shape about means of their own. A score is the logarithm of a
+    Textures are clouds of one shape about different means. A score is the logarithm of a
     Gaussian's density, less what all textures share: linear in the values (Fisher, Ann. Eugenics
     1936, 7:179). It is for few values, of which a texture may take a middle one: there a ridge on
     indicators of the textures names the outer ones alone (Hastie, Tibshirani & Friedman, The

@@ -1,4 +1,4 @@
-"""What the field asks of spikes, artificial and natural; only the command line names it."""
+"""Analyses of spikes, artificial and natural; only the command line names it."""
 
 import lazy_loader
 

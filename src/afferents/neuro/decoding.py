@@ -1,9 +1,9 @@
 """Texture read from spikes: at which temporal resolution, from how many units, across speeds.
 
 Trials are cut into windows. In each, a unit's spikes are counted in bins as wide as the resolution.
-Of the counts their mean and their amplitude spectrum are kept, so nothing hangs on which bump the
-window began with. One bin as long as the window is the rate alone; finer bins add timing. A linear
-discriminant on the principal components of the training windows recognises the texture; its
+Of the counts their mean and their amplitude spectrum are kept, so it does not matter with which
+bump a window began. One bin as long as the window is the rate alone; finer bins add timing. A
+linear discriminant on the principal components of the training windows recognises the texture; its
 covariance is shrunk (Ledoit & Wolf, J. Multivar. Anal. 88:365, 2004).
 
 Comparing decoding over resolutions is how the nerve's own codes for texture were distinguished
@@ -208,7 +208,7 @@ def mean_with_interval(by_speed: dict[float, float]) -> dict[str, float]:
     values = np.array(list(by_speed.values()))
     mean, n = float(values.mean()), len(values)
     spread = float(values.std(ddof=1)) if n > 1 else 0.0
-    if spread == 0:  # a few shares that agree say nothing of how far they may lie apart
+    if spread == 0:  # a few shares that agree say nothing about how far apart they may be
         return {"accuracy": mean, "low": np.nan, "high": np.nan}
     half = float(student.ppf(0.975, n - 1) * spread / np.sqrt(n))
     return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}

@@ -136,7 +136,7 @@ def matched(
         )
     speeds = choose_speeds(require_conditions(first), require_conditions(second))
     parts = [
-        _at_speeds(one.of_class(*both), some)
+        _select_speeds(one.of_class(*both), some)
         for one, some in zip((first, second), speeds, strict=True)
     ]
     textures = [_order_textures(part, seed) for part in parts]
@@ -159,7 +159,7 @@ def matched(
     pairs = [[some_of_each(part, n_units, seed) for part in parts]]
     if gaps:
         every = zip(*(np.unique(one.trials["speed_mm_s"]) for one in pairs[0]), strict=True)
-        pairs = [list(map(_at_speeds, pairs[0], speed)) for speed in every]
+        pairs = [list(map(_select_speeds, pairs[0], speed)) for speed in every]
     for pair in pairs:
         length_s = min(float(one.trials["duration_s"].min()) for one in pair)
         pair[:] = [one.window(0, length_s) for one in pair]
@@ -185,7 +185,7 @@ def choose_speeds(
     return np.array(here), np.array(there)
 
 
-def _at_speeds(spikes: Spikes, speeds: ArrayLike) -> Spikes:
+def _select_speeds(spikes: Spikes, speeds: ArrayLike) -> Spikes:
     return spikes.select(trials=np.isin(spikes.trials["speed_mm_s"], speeds))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
-from afferents.reporting.labels import shortened
+from afferents.reporting.labels import shorten_list
 from afferents.spikes.population import Spikes
 from afferents.store.recording import as_label, require_distinct
 
@@ -177,9 +177,9 @@ def described_natural(spikes: Spikes) -> list[str]:
     names, there = spikes.units.index.to_numpy(str), spikes.recorded.any(axis=0)
     fires = (spikes.counts() > 0).any(axis=0)
     if len(silent := names[there & ~fires].tolist()):
-        found.append(f"Without any spike: {shortened(silent)}.")
+        found.append(f"Without any spike: {shorten_list(silent)}.")
     if len(absent := names[~there].tolist()):
-        found.append(f"Never recorded: {shortened(absent)}.")
+        found.append(f"Never recorded: {shorten_list(absent)}.")
     if missing := int((~spikes.recorded).sum()):
         share = missing / spikes.recorded.size
         found.append(f"Not recorded: {missing} of {spikes.recorded.size} trains ({share:.0%}).")
@@ -245,7 +245,7 @@ def read_nwb(
     fibre, fibre_class
         Columns of the units. Without a column of names, their numbers are taken.
     words
-        ``SA``, ``RA`` or ``PC`` by what stands in the file, where that is not plain.
+        ``SA``, ``RA`` or ``PC`` by the word in the file, where that is not one of the usual.
     speed_unit
         Of the column of speeds: ``mm/s``, ``cm/s`` or ``m/s``.
 

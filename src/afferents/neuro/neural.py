@@ -14,6 +14,7 @@ from afferents import files
 from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.files import Place
 from afferents.neuro import decoding, exponent, figures, matching, speed, summary
+from afferents.neuro.decoding import WINDOW_S
 from afferents.neuro.natural import read_spikes
 from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
@@ -66,7 +67,7 @@ def spikes_of_store(
 
 @dataclass(frozen=True)
 class NeuralResults:
-    """What was found, and where it lies.
+    """What was found, and the files it was written to.
 
     Attributes
     ----------
@@ -95,7 +96,7 @@ def neural(
     units: str = "izhikevich",
     seed: int = 0,
     classes: str | Sequence[str] = "SA,RA,PC",
-    window_s: float = decoding.WINDOW_S,
+    window_s: float = WINDOW_S,
     natural: Place | Spikes | None = None,
     quiet: bool = False,
 ) -> NeuralResults:
@@ -156,10 +157,12 @@ def neural(
             found = matching.compare(spikes, fibres, window_s, seed, f"{source}; {name}")
             found.tables["natural_rates"] = rates_table(fibres)
             grey = f"{name}; grey: not recorded"
-            found.figures["natural_raster"] = figures.raster_figure(_some(fibres, seed), grey)
+            found.figures["natural_raster"] = figures.raster_figure(
+                _choose_shown(fibres, seed), grey
+            )
         tables = _make_tables(store, spikes, seed, window_s, progress) | found.tables
     drawn = {
-        "raster": figures.raster_figure(_some(spikes, seed), source),
+        "raster": figures.raster_figure(_choose_shown(spikes, seed), source),
         "resolution": figures.accuracy_figure(tables["resolution"], source),
         "units": figures.accuracy_figure(tables["units"], source),
         "stretch": figures.stretch_figure(speed.match_by_class(tables["stretch"]), source),
@@ -245,7 +248,7 @@ def rates_table(spikes: Spikes) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _some(spikes: Spikes, seed: int) -> Spikes:
+def _choose_shown(spikes: Spikes, seed: int) -> Spikes:
     """Return some units of each class, in the same half second of three trials of one speed."""
     speeds = np.unique(spikes.trials["speed_mm_s"])
     at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]

@@ -13,7 +13,7 @@ from afferents.spikes.population import CLASSES
 SILENT = 0.5
 """Share of a class' units above which a texture at a speed counts as one that leaves it silent."""
 _SPEEDS = {"speeds": "held out", "windows": "learnt"}
-"""How the speed tested stands to what was learnt from, by `across` of `accuracy_by_resolution`."""
+"""Whether the speed tested was learnt from, by `across` of `accuracy_by_resolution`."""
 
 
 def summarise_rates(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

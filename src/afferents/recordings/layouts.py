@@ -251,8 +251,8 @@ def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
         if other is not entry:
             raise InputError(
                 f"{where}: expected recordings with an id each, found {other.file} and "
-                f"{entry.file}, both {entry.name}; give them a repetition or an id, or name in "
-                "the pattern what differs"
+                f"{entry.file}, both {entry.name}; give them a repetition or an id (conditions "
+                "make none), or name in the pattern what differs"
             )
     for name in by_name:
         for parent in map(str, Path(name).parents):

@@ -1,6 +1,17 @@
-"""How models, protocols, sources, textures and intervals are written in tables and figures."""
+"""How models, protocols, sources, textures and intervals are written in tables and figures.
+
+A texture has one name in all of a report. Textures of the paper's series get its letters, a to m,
+where the session names textures by their bump spacing (`by_spacing`: the published layout does, and
+so the rig) and all of an evaluation's are of the series; what the letters stand for is written once
+on the page and once in a figure. Other textures keep the names of their session: a user's own plate
+3 is no drum with bumps 3 mm apart. Captions of tables and figures are in `captions.txt`.
+"""
 
 from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from afferents.evaluation.intervals import SESSION
 from afferents.evaluation.results import Outcome, Summary
@@ -12,7 +23,7 @@ from afferents.store.recording import LETTERS, spacing_mm
 from afferents.store.trimming import written
 
 FEW_SESSIONS = 5
-"""Below so many an interval over sessions is wide for want of sessions alone."""
+"""Below this number an interval over sessions is wide for want of sessions alone."""
 ABSENT = "—"
 PROTOCOL_TITLES = {"nested": "nested protocol", "published": "published protocol"}
 ABBREVIATIONS = {
@@ -23,23 +34,23 @@ ABBREVIATIONS = {
 """Of the models' titles, with the paper's words (sections 2.2.1 and 2.4.1)."""
 
 
-def drawn_over(summary: Summary) -> str:
-    """Return what was drawn anew: `13 textures, each with all its speeds`, `5 sessions`."""
+def name_replicates(summary: Summary) -> str:
+    """Return what intervals are drawn over: `13 textures, each with all its speeds`."""
     n = summary.intervals.n
     if summary.intervals.bootstrap_unit == SESSION:
         return f"{n} sessions"
     return f"{n} textures, each with all its {summary.split.many}"
 
 
-def and_seeds(summary: Summary) -> str:
-    """Return that training seeds were drawn as well, where there were several."""
-    several = any(len(found.seeds) > 1 for _, _, found in outcomes(summary))
-    return ", and over training seeds" if several else ""
+def has_several_seeds(summary: Summary) -> bool:
+    """Return whether training seeds were drawn as well, since there were several."""
+    return any(len(found.seeds) > 1 for _, _, found in outcomes(summary))
 
 
 def interval_note(summary: Summary) -> str:
     """Return how 95% intervals were made and what they leave out."""
-    made = f"95% intervals are drawn over {drawn_over(summary)}{and_seeds(summary)}."
+    seeds = ", and over training seeds" if has_several_seeds(summary) else ""
+    made = f"95% intervals are drawn over {name_replicates(summary)}{seeds}."
     n = summary.intervals.n
     if summary.intervals.bootstrap_unit == SESSION:
         few = f" {n} are few, and few make them wide." if n < FEW_SESSIONS else ""
@@ -49,14 +60,6 @@ def interval_note(summary: Summary) -> str:
         f"{made} So they say how much other textures like these may differ in {here}. "
         "They do not say how much another session would: another day, mounting or sensor."
     )
-
-
-# One name for each texture in all tables and figures of a report.
-#
-# Textures of the paper's series get its letters, a to m, where the session names textures by their
-# bump spacing (`by_spacing`: the published layout does, and so the rig) and all of an evaluation's
-# are of the series; what the letters stand for is said once on the page and once in a figure. Other
-# textures keep the names of their session: somebody's own plate 3 is no drum with bumps 3 mm apart.
 
 
 def texture_letter(texture: str, by_spacing: bool) -> str | None:
@@ -79,7 +82,7 @@ def texture_names(textures: Sequence[str], by_spacing: bool) -> dict[str, str]:
 
 
 def texture_labels(textures: Sequence[str], by_spacing: bool) -> dict[str, str]:
-    """Return the same with the spacing beside each letter, `i (4 mm)`, where it is said there."""
+    """Return the same with the spacing after each letter: `i (4 mm)`."""
     named = texture_names(textures, by_spacing)
     return {t: name if name == t else f"{name} ({t} mm)" for t, name in named.items()}
 
@@ -111,14 +114,14 @@ def model_title(name: str, summary: Summary | None) -> str:
     return summary.titles.get(name, name) if summary else name
 
 
-def in_table_order(names: Sequence[str]) -> list[str]:
+def order_models(names: Sequence[str]) -> list[str]:
     """Return models in Table 1's order, then the package's, then any others."""
     return [name for name in MODELS if name in names] + [n for n in names if n not in MODELS]
 
 
-def model_order(summary: Summary) -> list[str]:
+def list_models(summary: Summary) -> list[str]:
     """Return the evaluated models in the order of tables."""
-    return in_table_order(list(summary.models))
+    return order_models(list(summary.models))
 
 
 def outcome(summary: Summary, model: str, protocol: str) -> Outcome | None:
@@ -126,7 +129,7 @@ def outcome(summary: Summary, model: str, protocol: str) -> Outcome | None:
     return summary.models.get(model, {}).get(protocol)  # type: ignore[call-overload,no-any-return]
 
 
-def by_protocol(summary: Summary, model: str) -> dict[str, Outcome]:
+def outcomes_by_protocol(summary: Summary, model: str) -> dict[str, Outcome]:
     """Return what came out for a model by protocol, nested before published."""
     found = {protocol: outcome(summary, model, protocol) for protocol in PROTOCOL_TITLES}
     return {protocol: one for protocol, one in found.items() if one}
@@ -134,13 +137,19 @@ def by_protocol(summary: Summary, model: str) -> dict[str, Outcome]:
 
 def outcomes(summary: Summary) -> Iterator[tuple[str, str, Outcome]]:
     """Yield (model, protocol, outcome) of everything that was run, nested before published."""
-    for model in model_order(summary):
-        for protocol, found in by_protocol(summary, model).items():
+    for model in list_models(summary):
+        for protocol, found in outcomes_by_protocol(summary, model).items():
             yield model, protocol, found
 
 
+def list_protocols(summary: Summary) -> list[str]:
+    """Return the protocols that were run, nested before published."""
+    run = {protocol for _, protocol, _ in outcomes(summary)}
+    return [protocol for protocol in PROTOCOL_TITLES if protocol in run]
+
+
 def picked_by_tested(summary: Summary, found: Outcome) -> bool:
-    """Tell whether the group that was tested picked the model, as `published` lets it."""
+    """Return whether the group that was tested picked the model, as `published` lets it."""
     return bool(found.leaks.get(f"test_samples_of_a_{summary.split.leaks}_seen_in_validation"))
 
 
@@ -149,12 +158,7 @@ def percent(fraction: float, decimals: int = 1) -> str:
     return f"{100 * fraction:.{decimals}f}"
 
 
-def with_interval(share: float, ci95: Sequence[float]) -> str:
-    """Return a share and its interval in percent: `50.1 [40.2, 60.3]`."""
-    return "{} [{}, {}]".format(*map(percent, (share, *ci95)))
-
-
-def shortened(names: Sequence[str], most: int = 16) -> str:
+def shorten_list(names: Sequence[str], most: int = 16) -> str:
     """Return names with commas between, or the first of very many and the last."""
     if len(names) <= most:
         return ", ".join(names)
@@ -165,7 +169,9 @@ def textures_line(summary: Summary) -> str:
     """Return how many textures there are, their names and, once, what letters stand for."""
     named, note = texture_names(summary.textures, summary.named_by_spacing), spacing_note(summary)
     names = list(named.values())
-    return f"{len(names)}: {shortened(names)}" + f"; letters as in the paper ({note})" * bool(note)
+    return f"{len(names)}: {shorten_list(names)}" + f"; letters as in the paper ({note})" * bool(
+        note
+    )
 
 
 def data_line(summary: Summary) -> str:
@@ -181,7 +187,7 @@ def data_line(summary: Summary) -> str:
     return line if summary.n_used is None else f"{line}, {summary.n_used} of them used"
 
 
-def control_asked(summary: Summary) -> str:
+def name_control(summary: Summary) -> str:
     """Return what was taken from all recordings: `control: labels permuted`; nothing of none."""
     none = summary.control == "none"
     return "" if none else f"control: {CONTROLS[summary.control].partition(':')[0]}"
@@ -190,9 +196,9 @@ def control_asked(summary: Summary) -> str:
 def source_line(summary: Summary) -> str:
     """Return what a figure was made from, in one line: data, textures, cut, preset, version."""
     own = " with hyperparameters of its own" if summary.recipe else ""
-    said = (
+    parts = (
         f"Data: {data_line(summary)}",
-        control_asked(summary),
+        name_control(summary),
         spacing_note(summary),
         f"cut {summary.cut}",
         "" if summary.split == SPEED else f"held out: {summary.split.title}",
@@ -200,14 +206,20 @@ def source_line(summary: Summary) -> str:
         f"preset {summary.preset}{own}",
         f"afferents {summary.afferents}",
     )
-    return " · ".join(filter(None, said))
+    return " · ".join(filter(None, parts))
 
 
-def caution(summary: Summary) -> str:
-    """Return what numbers of a control or a quick preset are good for; of others nothing."""
-    control = f"Not of the recordings as they are, but a {control_asked(summary)}. "
-    quick = (
-        "Preset quick: networks learnt for seconds from a few samples, to see that all of it runs; "
-        "their numbers do not say how good a model is, those of --preset fast do."
+@cache
+def _captions() -> Any:
+    """Return the template of all captions, a function each."""
+    environment = Environment(  # plain text: pages escape it
+        loader=PackageLoader("afferents.reporting", "."), undefined=StrictUndefined
     )
-    return control * (summary.control != "none") + quick * (summary.preset == "quick")
+    helpers = (are_published, has_several_seeds, list_protocols, name_control, name_replicates)
+    shared = {helper.__name__: helper for helper in (*helpers, percent)}
+    return environment.get_template("captions.txt", globals={**shared, "SPEED": SPEED}).module
+
+
+def caption(name: str, *shown: Any) -> str:
+    """Return a caption of `captions.txt`, in one line."""
+    return " ".join(getattr(_captions(), name)(*shown).split())

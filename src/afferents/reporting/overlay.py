@@ -54,7 +54,8 @@ def write_overlay(
     OSError
         If the file can't be written.
     """
-    last = _last_seen(position)
+    last_seen = pd.DataFrame(position.reshape(len(position), 2 * position.shape[1])).ffill()
+    last = last_seen.to_numpy().reshape(position.shape)  # NaN before the first time
     with (
         write_aside(path) as partial,
         av.open(f"file:{partial}", "w", format="mp4") as container,
@@ -82,7 +83,7 @@ def write_overlay(
 
 
 def is_overlay(path: Path) -> bool:
-    """Tell whether a file is a video that `write_overlay` wrote."""
+    """Return whether a file is a video that `write_overlay` wrote."""
     try:
         with av.open(f"file:{path}") as container:
             return container.metadata.get("comment") == _COMMENT
@@ -119,8 +120,8 @@ def draw_overlay(
         cv2.circle(picture, where, radius, colour, 1 if seen else 2, cv2.LINE_8, _SUBPIXEL_BITS)
         place = ((where[0] >> _SUBPIXEL_BITS) + 6, (where[1] >> _SUBPIXEL_BITS) - 5)
         _write(picture, f"{n}", place, 0.3, colour)
-    said = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
-    _write(picture, said, (8, 20), 0.55, _WHITE)
+    title = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
+    _write(picture, title, (8, 20), 0.55, _WHITE)
     return picture
 
 
@@ -130,12 +131,6 @@ def _write(
     """Write on a dark rim, which makes it legible on whatever lies behind."""
     for ink, width in ((_BLACK, 3), (colour, 1)):
         cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_8)
-
-
-def _last_seen(position: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where every marker was last seen at every frame, NaN before the first time."""
-    last = pd.DataFrame(position.reshape(len(position), 2 * position.shape[1])).ffill()
-    return last.to_numpy().reshape(position.shape)
 
 
 def _points(position: NDArray[np.float64]) -> NDArray[np.int32]:

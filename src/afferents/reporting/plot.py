@@ -1,4 +1,4 @@
-"""What all plots share: the axes, colours, and how what is given is called."""
+"""Plots for a notebook or a script, which `afferents.plot` offers: each draws on one Axes."""
 
 from collections.abc import Sequence
 from statistics import fmean
@@ -19,67 +19,18 @@ from afferents.evaluation.results import Results
 from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, key_of, order
 from afferents.markers.places import covered, images_of
-from afferents.reporting.confusion import (
-    OF_TRUE,
-    Panel,
-    draw_panel,
-    label_edges,
-    percent_of_true,
-    write_numbers,
-)
-from afferents.reporting.images import draw_image, scale_of
-from afferents.reporting.labels import PROTOCOL_TITLES, model_title, texture_labels
-from afferents.reporting.recording_figures import draw_bands, draw_markers, draw_traces
-from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
-from afferents.reporting.style import (
-    BLUE,
-    GREEN,
-    LINE,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    add_bar,
-    draw_cells,
-    draw_chance,
-    frame_all,
-    styled,
-)
+from afferents.reporting import draw, labels, style
+from afferents.reporting.style import BLUE, GREEN, LINE, VERMILION, styled
 from afferents.store.recording import Frame, GreyImage, natural_order
 
-COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
-
-
-def axes_of(ax: Axes | None, width: float, height: float) -> Axes:
-    """Return the axes given, or those of a new figure of that size in inches.
-
-    A notebook shows the figures that pyplot knows of, so here they are made with it.
-    """
-    if ax is not None:
-        return ax
-    new: Axes = pyplot.subplots(figsize=(width, height), layout="constrained")[1]
-    return new
-
-
-def kind_of(given: object) -> str:
-    """Return what something is, in words: its dimensions where it has some."""
-    if isinstance(given, xr.DataArray):
-        return f"({', '.join(map(str, given.dims))})"
-    if isinstance(given, xr.Dataset):
-        return f"a data set of {', '.join(map(str, given.data_vars)) or 'nothing'}"
-    return type(given).__name__
-
-
-# Plots of what is felt: tactile images, markers, responses over time, spectra.
-
-_NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
+COLOURS = (BLUE, VERMILION, GREEN, style.ORANGE, style.PURPLE, style.SKY)
 
 
 @styled
 def tactile_image(
     response: xr.DataArray, *, time_s: float | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draw one tactile image: what the markers feel, at their places in rows and columns.
+    """Draw one tactile image: the markers' response at their places in rows and columns.
 
     Parameters
     ----------
@@ -95,9 +46,9 @@ def tactile_image(
     Returns
     -------
     matplotlib.axes.Axes
-        The image, y of the camera downwards, grey beside the markers. On layouts that are no square
-        grid, pixels are interpolated between the markers; a lost marker is filled from its
-        neighbours, as models see it. The colour bar, from the 1st to the 99th percentile of the
+        The image, y of the camera downwards, grey where there are no markers. On layouts that are
+        no square grid, pixels are interpolated between the markers; a lost marker is filled from
+        its neighbours, as models see it. The colour bar, from the 1st to the 99th percentile of the
         image, has the unit of the response.
 
     Raises
@@ -108,21 +59,21 @@ def tactile_image(
     _require_array(response, "responses.sa1")
     found, title = response, []
     if dims.TIME in response.dims:
-        found = _frame_at(response, time_s)
+        found = _select_frame(response, time_s)
         title.append(f"{float(found[dims.TIME]):.2f} s")
     if dims.TEXTURE in found.coords and not found[dims.TEXTURE].dims:
         texture = str(found[dims.TEXTURE].item())
         by_spacing = bool(response.attrs.get(dims.NAMED_BY_SPACING))
-        title.append(f"texture {texture_labels([texture], by_spacing)[texture]}")
+        title.append(f"texture {labels.texture_labels([texture], by_spacing)[texture]}")
     if dims.SPEED in found.coords and not found[dims.SPEED].dims:
         title.append(f"{key_of(found[dims.SPEED].item())} mm/s")
-    image = _grid(found)
-    ax = axes_of(ax, 4.2, 3.5)
-    drawn = draw_image(ax, image, scale_of(image), ", ".join(title))
+    image = _lay_out(found)
+    ax = _make_axes(ax, 4.2, 3.5)
+    drawn = draw.draw_image(ax, image, draw.find_scale(image), ", ".join(title))
     rows, columns = image.shape
     ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1])
     ax.set(xlabel="column (x) →", ylabel="← row (y)")
-    add_bar(ax.figure, drawn, ax, _label(response))
+    style.add_bar(ax.figure, drawn, ax, _name_response(response))
     return ax
 
 
@@ -162,7 +113,7 @@ def markers(
     if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:  # type: ignore[redundant-expr]
         raise InputError(
             "tracks: expected a data set with 'position' (time, marker, space), found "
-            f"{kind_of(tracks)}"
+            f"{_describe_kind(tracks)}"
         )
     if isinstance(frame, Frame):
         time_s = frame.time_s if time_s is None else time_s
@@ -173,15 +124,15 @@ def markers(
         )
     if time_s is None:
         time_s = float(tracks[dims.TIME][tracks.sizes[dims.TIME] // 2])
-    now = _frame_at(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
+    now = _select_frame(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
     seen = np.isfinite(now.values).all(axis=1)
     if dims.DETECTED in tracks:
         seen &= tracks[dims.DETECTED].sel({dims.TIME: now[dims.TIME]}).values
-    ax = axes_of(ax, 5.2, 4.3)
+    ax = _make_axes(ax, 5.2, 4.3)
     if frame is not None:
-        draw_cells(ax, frame, "gray", 0, 255)
+        style.draw_cells(ax, frame, "gray", 0, 255)
     width_inch = ax.get_window_extent().width / ax.figure.dpi
-    draw_markers(ax, now.values, seen, scale=width_inch / 7)
+    draw.draw_markers(ax, now.values, seen, scale=width_inch / 7)
     if not seen.all():
         ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=2)
     time = f"{float(now[dims.TIME]):.2f} s"
@@ -189,7 +140,7 @@ def markers(
     ax.set(xlabel="x (px) →", ylabel="← y (px)", aspect="equal")
     if frame is None and not ax.yaxis_inverted():
         ax.invert_yaxis()
-    frame_all(ax)
+    ax.spines[:].set_visible(True)
     return ax
 
 
@@ -217,20 +168,22 @@ def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     """
     _require_array(response, "responses.sa1")
     if set(response.dims) == {dims.TIME, dims.MARKER}:
-        ax = axes_of(ax, 7.0, 2.6)
+        ax = _make_axes(ax, 7.0, 2.6)
         colour = GREEN if str(response.name).startswith(dims.RA1) else BLUE
-        draw_bands(ax, response.transpose(dims.TIME, dims.MARKER), _label(response), colour)
+        draw.draw_bands(
+            ax, response.transpose(dims.TIME, dims.MARKER), _name_response(response), colour
+        )
         ax.legend()
     elif set(response.dims) == {dims.AUDIO_TIME, dims.CHANNEL}:
-        rate = _rate(response)
-        ax = axes_of(ax, 7.0, 2.6)
+        rate = _read_rate(response)
+        ax = _make_axes(ax, 7.0, 2.6)
         values = response.transpose(dims.AUDIO_TIME, dims.CHANNEL).values
-        draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
+        draw.draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
         if values.shape[1] == 1:
-            ax.set_ylabel(_label(response))
+            ax.set_ylabel(_name_response(response))
     else:
         expected = "the dimensions (time, marker) or (audio_time, channel)"
-        raise InputError(f"response: expected {expected}, found {kind_of(response)}")
+        raise InputError(f"response: expected {expected}, found {_describe_kind(response)}")
     ax.set_xlabel("time (s)")
     return ax
 
@@ -260,106 +213,30 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     """
     _require_array(data, "responses.ra2")
     if dims.AUDIO_TIME in data.dims:
-        data = _windows(data)
+        data = _transform(data)
     if dims.FREQUENCY not in data.dims or dims.FEATURE in data.dims:
         expected = "the dimensions (audio_time, channel), or one 'frequency'"
-        raise InputError(f"data: expected {expected}, found {kind_of(data)}")
+        raise InputError(f"data: expected {expected}, found {_describe_kind(data)}")
+    parts = {"": data}
+    if dims.TEXTURE in data.coords and data[dims.TEXTURE].dims:
+        by_spacing = bool(data.attrs.get(dims.NAMED_BY_SPACING))
+        parts = {
+            label: data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)})
+            for name, label in labels.texture_labels(list_textures(data), by_spacing).items()
+        }
     others = [dim for dim in data.dims if dim != dims.FREQUENCY]
-    lines = {label: part.mean(others) for label, part in _by_texture(data)}
-    ax = axes_of(ax, 7.0, 3.0)
+    lines = {label: part.mean(others) for label, part in parts.items()}
+    ax = _make_axes(ax, 7.0, 3.0)
     for number, (label, line) in enumerate(lines.items()):
         colour = COLOURS[number % len(COLOURS)]
         ax.plot(line[dims.FREQUENCY], line, color=colour, lw=0.8, label=label)
-    highest = min(HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
-    ax.set(xlim=(0, highest), ylim=(0, amplitude_top(list(lines.values()))))
-    ax.set(xlabel="frequency (Hz)", ylabel=amplitude_label(data.attrs))
+    highest = min(draw.HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
+    ax.set(xlim=(0, highest), ylim=(0, draw.amplitude_top(list(lines.values()))))
+    ax.set(xlabel="frequency (Hz)", ylabel=draw.amplitude_label(data.attrs))
     if len(lines) > 1:
         ax.legend(title="texture")
     return ax
 
-
-def _require_array(given: object, such_as: str) -> None:
-    if not isinstance(given, xr.DataArray):
-        raise InputError(
-            f"the plot: expected one xarray.DataArray, such as {such_as}, found {kind_of(given)}"
-        )
-
-
-def _label(response: xr.DataArray) -> str:
-    """Return what a response is called, with its unit."""
-    said = "response" if response.name is None else str(response.name)
-    name = _NAMES.get(said, said)
-    return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
-
-
-def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
-    """Return a response at the frame nearest to a time, or where it is strongest."""
-    if dims.TIME not in response.coords:
-        raise InputError(
-            "the response: expected times of its frames, s (coordinate time), found none"
-        )
-    if time_s is None:
-        seen = response.dropna(dims.TIME, how="all")
-        if not seen.sizes[dims.TIME]:
-            return response.isel({dims.TIME: 0})
-        level = seen.median([d for d in response.dims if d != dims.TIME])
-        return seen.isel({dims.TIME: int(np.argmax(level.values))})
-    return response.sel({dims.TIME: time_s}, method="nearest")
-
-
-def _grid(image: xr.DataArray) -> NDArray[np.float32]:
-    """Return an image (row, column) of what is one, or of markers with their places.
-
-    A pixel is NaN where no markers are around it, and where too few were seen to fill it from.
-    """
-    if set(image.dims) == {dims.ROW, dims.COLUMN}:
-        return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
-    if image.dims != (dims.MARKER,):
-        several = [str(d) for d in image.dims if d not in (dims.MARKER, dims.ROW, dims.COLUMN)]
-        do = f"choose one, such as .isel({several[0]}=0)" if several else ""
-        raise InputError(
-            "response: expected the dimensions (row, column) or (marker), found "
-            f"{kind_of(image)}{then(do)}"
-        )
-    if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
-        raise InputError(
-            "response: expected markers in a grid (coordinates row and column), found neither"
-        )
-    row, column = image[dims.ROW].values, image[dims.COLUMN].values
-    values = fill_frames(image.values[None], np.stack([row, column], axis=1))
-    lost = np.isnan(values)
-    shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
-    return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
-
-
-def _rate(response: xr.DataArray) -> float:
-    if dims.SAMPLE_RATE not in response.attrs:
-        raise InputError(f"the vibration: expected the attribute '{dims.SAMPLE_RATE}', found none")
-    return float(response.attrs[dims.SAMPLE_RATE])
-
-
-def _windows(response: xr.DataArray) -> xr.DataArray:
-    """Return amplitudes (window, frequency) of vibration in windows of 1 s, of every channel."""
-    rate = _rate(response)
-    signal = response.transpose(..., dims.AUDIO_TIME).values
-    n = min(round(rate), signal.shape[-1])
-    whole = signal[..., : signal.shape[-1] // n * n]
-    amplitude = amplitude_spectrum(whole.reshape(-1, n))
-    coords = {dims.FREQUENCY: np.fft.rfftfreq(n, 1 / rate)}
-    return xr.DataArray(amplitude, coords, ("window", dims.FREQUENCY), attrs=response.attrs)
-
-
-def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
-    if dims.TEXTURE not in data.coords or not data[dims.TEXTURE].dims:
-        return [("", data)]
-    by_spacing = bool(data.attrs.get(dims.NAMED_BY_SPACING))
-    return [
-        (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
-        for name, label in texture_labels(list_textures(data), by_spacing).items()
-    ]
-
-
-# Plots of an evaluation: what is taken for what, and how accuracy goes with speed.
 
 _TEXTURES = ["true_texture", "predicted_texture"]
 _ACCURACY = ("model", "protocol", "accuracy")
@@ -375,7 +252,7 @@ def confusion(
     held_out: str | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a confusion matrix: which texture is taken for which, in percent.
+    """Draw a confusion matrix: which texture is recognised as which, in percent.
 
     Parameters
     ----------
@@ -406,25 +283,25 @@ def confusion(
     named = rows[_TEXTURES].to_numpy().ravel()
     textures = sorted({str(name) for name in named}, key=natural_order)
     summary = results.found if isinstance(results, Results) else None
-    rows, chosen = _chosen(rows, "model", model)
-    title = [model_title(chosen, summary)] if chosen else []
-    rows, chosen = _chosen(rows, "protocol", protocol)
-    title += [PROTOCOL_TITLES.get(chosen, chosen)] if chosen else []
+    rows, chosen = _choose(rows, "model", model)
+    title = [labels.model_title(chosen, summary)] if chosen else []
+    rows, chosen = _choose(rows, "protocol", protocol)
+    title += [labels.PROTOCOL_TITLES.get(chosen, chosen)] if chosen else []
     if held_out_mm_s is not None:
-        rows, _ = _chosen(rows, "held_out_speed_mm_s", held_out_mm_s)
+        rows, _ = _choose(rows, "held_out_speed_mm_s", held_out_mm_s)
         title.append(f"{key_of(held_out_mm_s)} mm/s held out")
     if held_out is not None:
-        rows, _ = _chosen(rows, "held_out_group", held_out)
+        rows, _ = _choose(rows, "held_out_group", held_out)
         title.append(f"{summary.split.printed(held_out) if summary else held_out} held out")
     counts = metrics.confusion(rows, textures)
     by_group = metrics.accuracy_by_group(rows).values() if column_of(rows) in rows else ()
     accuracy = 100 * (fmean(by_group) if by_group else np.trace(counts) / counts.sum())
-    ax = axes_of(ax, 4.6, 4.0)
-    panel = Panel(", ".join([*title, f"{accuracy:.0f}%"]), percent_of_true(counts))
-    image = draw_panel(ax, panel)
-    write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
-    label_edges(np.array([[ax]]), textures, summary is not None and summary.named_by_spacing)
-    add_bar(ax.figure, image, ax, OF_TRUE)
+    ax = _make_axes(ax, 4.6, 4.0)
+    percent = draw.normalise(counts)
+    image = draw.draw_matrix(ax, percent, ", ".join([*title, f"{accuracy:.0f}%"]))
+    draw.write_numbers(ax, percent, ax.bbox.width / ax.figure.dpi)
+    draw.name_textures(np.array([[ax]]), textures, summary is not None and summary.named_by_spacing)
+    style.add_bar(ax.figure, image, ax, draw.OF_TRUE)
     return ax
 
 
@@ -468,31 +345,122 @@ def accuracy_by_speed(
     for name in models or ():
         if name not in there:
             raise InputError(f"models: expected some of {', '.join(there)}, found '{name}'")
-    ax = axes_of(ax, 6.4, 3.0)
+    ax = _make_axes(ax, 6.4, 3.0)
     tested = table.dropna(subset=[held_out, "accuracy"])
     groups = sorted({group_in(value) for value in tested[held_out]}, key=order)
     several = len(set(tested["protocol"])) > 1
     for number, name in enumerate(models or there):
         for protocol, rows in tested[tested["model"] == name].groupby("protocol"):
-            line = rows.sort_values(held_out, key=lambda column: column.map(groups.index))
-            colour, open_mark = COLOURS[number % len(COLOURS)], protocol == "published"
-            ax.plot(
-                line[held_out],
-                100 * line["accuracy"],
-                color=colour,
-                ls=("--" if open_mark else "-") if held_out == SPEED.column else "",
-                marker="s" if open_mark else "o",
-                markersize=4,
-                markerfacecolor="white" if open_mark else colour,
-                label=model_title(name, summary) + (f", {protocol}" if several else ""),
+            found = rows.sort_values(held_out, key=lambda column: column.map(groups.index))
+            colour, line = COLOURS[number % len(COLOURS)], "--" if protocol == "published" else "-"
+            draw.draw_accuracies(
+                ax,
+                protocol,
+                found[held_out],
+                found["accuracy"],
+                line if held_out == SPEED.column else "",
+                colour=colour,
+                label=labels.model_title(name, summary) + (f", {protocol}" if several else ""),
             )
     if summary is not None:
-        draw_chance(ax, summary.chance)
+        style.draw_chance(ax, summary.chance)
     axis = SPEED.axis if held_out == SPEED.column else summary.split.axis if summary else "group"
     ax.set(xlabel=f"held-out {axis}", ylabel="accuracy (%)", ylim=(0, 103))
     ax.grid(axis="y", color=LINE, lw=0.4)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
+
+
+def _make_axes(ax: Axes | None, width: float, height: float) -> Axes:
+    """Return the axes given, or those of a new figure of that size in inches.
+
+    A notebook shows the figures that pyplot knows of, so here they are made with it.
+    """
+    if ax is not None:
+        return ax
+    new: Axes = pyplot.subplots(figsize=(width, height), layout="constrained")[1]
+    return new
+
+
+def _describe_kind(given: object) -> str:
+    """Return what something is, in words: its dimensions where it has some."""
+    if isinstance(given, xr.DataArray):
+        return f"({', '.join(map(str, given.dims))})"
+    if isinstance(given, xr.Dataset):
+        return f"a data set of {', '.join(map(str, given.data_vars)) or 'nothing'}"
+    return type(given).__name__
+
+
+def _require_array(given: object, such_as: str) -> None:
+    if not isinstance(given, xr.DataArray):
+        found = _describe_kind(given)
+        raise InputError(
+            f"the plot: expected one xarray.DataArray, such as {such_as}, found {found}"
+        )
+
+
+def _name_response(response: xr.DataArray) -> str:
+    """Return what a response is called, with its unit."""
+    name = "response" if response.name is None else str(response.name)
+    name = draw.NAMES.get(name, name)
+    return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
+
+
+def _select_frame(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
+    """Return a response at the frame nearest to a time, or where it is strongest."""
+    if dims.TIME not in response.coords:
+        raise InputError(
+            "the response: expected times of its frames, s (coordinate time), found none"
+        )
+    if time_s is None:
+        seen = response.dropna(dims.TIME, how="all")
+        if not seen.sizes[dims.TIME]:
+            return response.isel({dims.TIME: 0})
+        level = seen.median([d for d in response.dims if d != dims.TIME])
+        return seen.isel({dims.TIME: int(np.argmax(level.values))})
+    return response.sel({dims.TIME: time_s}, method="nearest")
+
+
+def _lay_out(image: xr.DataArray) -> NDArray[np.float32]:
+    """Return an image (row, column) of what is one, or of markers with their places.
+
+    A pixel is NaN where no markers are around it, and where too few were seen to fill it from.
+    """
+    if set(image.dims) == {dims.ROW, dims.COLUMN}:
+        return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
+    if image.dims != (dims.MARKER,):
+        several = [str(d) for d in image.dims if d not in (dims.MARKER, dims.ROW, dims.COLUMN)]
+        do = f"choose one, such as .isel({several[0]}=0)" if several else ""
+        raise InputError(
+            "response: expected the dimensions (row, column) or (marker), found "
+            f"{_describe_kind(image)}{then(do)}"
+        )
+    if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
+        raise InputError(
+            "response: expected markers in a grid (coordinates row and column), found neither"
+        )
+    row, column = image[dims.ROW].values, image[dims.COLUMN].values
+    values = fill_frames(image.values[None], np.stack([row, column], axis=1))
+    lost = np.isnan(values)
+    shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
+    return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
+
+
+def _read_rate(response: xr.DataArray) -> float:
+    if dims.SAMPLE_RATE not in response.attrs:
+        raise InputError(f"the vibration: expected the attribute '{dims.SAMPLE_RATE}', found none")
+    return float(response.attrs[dims.SAMPLE_RATE])
+
+
+def _transform(response: xr.DataArray) -> xr.DataArray:
+    """Return amplitudes (window, frequency) of vibration in windows of 1 s, of every channel."""
+    rate = _read_rate(response)
+    signal = response.transpose(..., dims.AUDIO_TIME).values
+    n = min(round(rate), signal.shape[-1])
+    whole = signal[..., : signal.shape[-1] // n * n]
+    amplitude = amplitude_spectrum(whole.reshape(-1, n))
+    coords = {dims.FREQUENCY: np.fft.rfftfreq(n, 1 / rate)}
+    return xr.DataArray(amplitude, coords, ("window", dims.FREQUENCY), attrs=response.attrs)
 
 
 def _require_columns(table: object, names: Sequence[str]) -> None:
@@ -507,7 +475,7 @@ def _require_columns(table: object, names: Sequence[str]) -> None:
             )
 
 
-def _chosen(
+def _choose(
     rows: pd.DataFrame, column: str, wanted: str | float | None
 ) -> tuple[pd.DataFrame, str]:
     """Return the rows of one value of a column, and the value; the only one where none is named.

@@ -1,7 +1,7 @@
 """What the paper printed: Table 1, accuracy at each held-out speed, mean confusion matrices.
 
 The figures are carried in `published/*.json`, each with its source. They were measured on the
-published recordings with the published protocol; beside other recordings they are a landmark,
+published recordings with the published protocol; next to other recordings they are a landmark,
 no target that has or has not been reproduced. Where its text and the authors' code differ, and what
 is done about each here, stands in `published/discrepancies.md`, which `afferents discrepancies`
 prints and the docs include.
@@ -21,6 +21,10 @@ CITATION = (
     "Pestell & Lepora 2022, Artificial SA-I, RA-I and RA-II/Vibrotactile Afferents for "
     "Tactile Sensing of Texture, J. R. Soc. Interface"
 )
+_FOLDER = files("afferents.reporting") / "published"
+_NUMBERED = re.compile(r"^(\d+\.) \*\*(.*)\*\*")
+_DIFFERENT = "    - still different: "
+_OF_SOFTWARE = "## Where the software alone differs"
 
 
 class PublishedFold(NamedTuple):
@@ -109,23 +113,13 @@ def published_speeds() -> tuple[float, ...]:
 
 
 def _read(name: str) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(_text(name))
+    content: dict[str, Any] = json.loads((_FOLDER / name).read_text(encoding="utf-8"))
     return content
-
-
-def _text(name: str) -> str:
-    path = files("afferents.reporting") / "published" / name
-    return path.read_text(encoding="utf-8")
-
-
-_NUMBERED = re.compile(r"^(\d+\.) \*\*(.*)\*\*")
-_DIFFERENT = "    - still different: "
-_OF_SOFTWARE = "## Where the software alone differs"
 
 
 def discrepancies() -> str:
     """Return the page of discrepancies of paper and code, in Markdown."""
-    return _text("discrepancies.md")
+    return (_FOLDER / "discrepancies.md").read_text(encoding="utf-8")
 
 
 def remaining_discrepancies() -> list[str]:

@@ -1,11 +1,10 @@
-"""Pictures of one recording: its markers, what the skin did, what was heard."""
+"""Figures of recordings: markers on a frame, responses over time, vibration, steadiness."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import NullFormatter
@@ -15,29 +14,25 @@ from afferents import dims
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.folds.held_out import key_of
 from afferents.markers.detect import spacing_px
-from afferents.reporting.labels import texture_axis, texture_letter, texture_names
-from afferents.reporting.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    LINE,
-    ORANGE,
-    SEQUENTIAL,
-    VERMILION,
-    draw_cells,
-    name_places,
-    new_figure,
-    styled,
-)
+from afferents.reporting import draw, labels, style
+from afferents.reporting.style import BLUE, GREEN, GREY, INK, LINE, ORANGE, VERMILION, styled
 from afferents.store.recording import GreyImage, natural_order
 
-QUANTILES = ((0.05, 0.95), (0.25, 0.75))
 MOST_CHANNELS = 16
-RING_POINTS, RING_SHARE = 5.1, 0.7
-"""Diameter of the ring round a marker at a scale of 1, and as a share of the markers' spacing."""
+RING_SHARE = 0.7
+"""Diameter of the ring round a marker, as a share of the markers' spacing."""
 LEAST_APART_INCH, MOST_LARGER = 0.16, 3.0
-"""Markers are drawn so far apart, in pictures up to so many times as wide as others."""
+"""Markers are drawn at least this far apart, in pictures at most this many times as wide."""
+PUBLISHED = {
+    "sa1": {("a", 50.0): 0.98, ("g", 10.0): 0.86, ("g", 50.0): 0.60, ("g", 100.0): 0.67},
+    "ra1": {("a", 50.0): 0.10, ("g", 10.0): 0.14, ("g", 50.0): 0.12, ("g", 100.0): 0.10},
+}
+"""Steadiness of the ten images of each row of the paper's Figures 8 and 10, 20 frames apart, as
+digitised from the printed pictures: by channel, texture and speed (mm/s)."""
+_CHANNELS = {"sa1": ("SA-I", BLUE), "ra1": ("RA-I", VERMILION)}
+_MOST_NAMES = 26
+_WIDTH = 0.6
+"""Of the distance between textures, what their speeds are spread over."""
 
 
 @styled
@@ -76,13 +71,13 @@ def markers_figure(
     seen = np.asarray(detected, dtype=bool)
     title = title or f"Markers: {int(seen.sum())} of {len(seen)} detected"
     wide_inch, scale = _size_to_see(position, width)
-    figure = new_figure(wide_inch + 0.6, wide_inch * height / width + 1.0, title, source)
+    figure = style.new_figure(wide_inch + 0.6, wide_inch * height / width + 1.0, title, source)
     axes = figure.subplots()
-    draw_cells(axes, image, "gray", 0, 255)
+    style.draw_cells(axes, image, "gray", 0, 255)
     if trails is not None:
         axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
-    draw_markers(axes, position, seen, scale)
+    draw.draw_markers(axes, position, seen, scale)
     if suspects is not None and len(suspects):
         x, y = suspects.T
         axes.scatter(x, y, s=34 * scale**2, marker="D", facecolors="none", edgecolors=VERMILION,
@@ -109,15 +104,24 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
     source
         The line that says what the picture was made from.
     """
-    figure = new_figure(8.6, 7.4, "SA-I and RA-I over time (white: marker lost)", source)
+    figure = style.new_figure(8.6, 7.4, "SA-I and RA-I over time (white: marker lost)", source)
     grid = figure.subplots(4, 1, sharex=True, height_ratios=(1, 1.5, 1, 1.5))
     for response, name, unit, colour, band, rows in (
         (sa1, "SA-I", dims.PIXELS, BLUE, grid[0], grid[1]),
         (ra1, "RA-I", dims.PIXELS_PER_FRAME, GREEN, grid[2], grid[3]),
     ):
         unit = response.attrs.get(dims.UNITS, unit)
-        draw_bands(band, response, f"{name} ({unit})", colour)
-        _draw_heatmap(figure, rows, response, f"{name} ({unit})")
+        label = f"{name} ({unit})"
+        draw.draw_bands(band, response, label, colour)
+        values = response.transpose(dims.MARKER, dims.TIME).values
+        time, finite = response[dims.TIME].values, values[np.isfinite(values)]
+        top = float(np.quantile(finite, 0.995)) if finite.size else 1.0
+        extent = (time[0], time[-1], len(values) - 0.5, -0.5)
+        image = style.draw_cells(
+            rows, values, style.SEQUENTIAL, 0, top, aspect="auto", extent=extent
+        )
+        rows.set(ylabel="marker", facecolor="white")
+        figure.colorbar(image, ax=rows, label=label, fraction=0.03, pad=0.01, extend="max")
     grid[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)
     grid[3].set_xlabel("time (s)")
     return figure
@@ -140,11 +144,20 @@ def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     n = segment.sizes[dims.CHANNEL]
     channels = f"{n} channel{'' if n == 1 else 's'}"
     title = f"Vibration: {len(values) / rate:.2f} s at {rate:g} Hz, {channels}"
-    figure = new_figure(8.6, 5.2, title, source)
+    figure = style.new_figure(8.6, 5.2, title, source)
     above, below = figure.subplots(2, 1)
     unit = f" ({segment.attrs[dims.UNITS]})" if segment.attrs.get(dims.UNITS) else ""
-    draw_traces(above, values, rate, unit)
-    _draw_spectra(below, values, rate)
+    draw.draw_traces(above, values, rate, unit)
+    if len(values) > 1:  # a single sample has no spectrum
+        frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
+        amplitude = amplitude_spectrum((values - values.mean(axis=0)).T).T[1:]
+        if n > 1:
+            below.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
+        below.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
+        below.set_xlim(frequency[0], frequency[-1])
+        for axis in (below.xaxis, below.yaxis):  # the usual labels are formulas: the style has none
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
     below.set(xlabel="frequency (Hz)", ylabel=f"amplitude{unit}")
     return figure
 
@@ -158,105 +171,15 @@ def _size_to_see(position: NDArray[np.float64], width: int) -> tuple[float, floa
     if not apart_px > 0:  # one marker, or none
         return 7.0, 1.0
     inch = 7.0 * float(np.clip(LEAST_APART_INCH * width / (7.0 * apart_px), 1, MOST_LARGER))
-    return inch, RING_SHARE * 72 * inch * apart_px / width / RING_POINTS
-
-
-def draw_markers(
-    axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bool_], scale: float = 1.0
-) -> None:
-    """Draw circles around the markers that were seen, and crosses where one is known but was not.
-
-    Parameters
-    ----------
-    position, seen
-        Shapes (n, 2), px, NaN where lost, and (n,).
-    scale
-        Of the circles and crosses; 1 is for axes of 7 inches.
-    """
-    x, y = position[seen].T
-    axes.scatter(x, y, s=(RING_POINTS * scale) ** 2, facecolors="none", edgecolors=BLUE,
-                 lw=1.2 * min(scale, 1), label="detected")  # fmt: skip
-    lost = ~seen & np.isfinite(position).all(axis=1)
-    if lost.any():
-        x, y = position[lost].T
-        axes.scatter(x, y, s=28 * scale**2, color=VERMILION, marker="x", label="not detected")
-
-
-def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> None:
-    """Draw the mean over markers and the bands of `QUANTILES`, of a response (time, marker)."""
-    time = response[dims.TIME].values
-    alive = response.dropna(dims.TIME, how="all")
-    if len(alive) == 0:  # a still, or nothing seen
-        return
-    for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
-        band = alive.quantile([low, high], dim=dims.MARKER).values
-        said = f"{100 * low:.0f} to {100 * high:.0f} % of markers"
-        axes.fill_between(alive[dims.TIME], *band, color=colour, alpha=alpha, lw=0, label=said)
-    axes.plot(alive[dims.TIME], alive.mean(dims.MARKER), color=colour, label="mean")
-    axes.set(ylabel=label, xlim=(time[0], time[-1]))
-    if not (alive < 0).any():
-        axes.set_ylim(bottom=0)
-
-
-def _draw_heatmap(figure: Figure, axes: Axes, response: xr.DataArray, label: str) -> None:
-    values = response.transpose(dims.MARKER, dims.TIME).values
-    time = response[dims.TIME].values
-    finite = values[np.isfinite(values)]
-    top = float(np.quantile(finite, 0.995)) if finite.size else 1.0
-    extent = (time[0], time[-1], len(values) - 0.5, -0.5)
-    image = draw_cells(axes, values, SEQUENTIAL, 0, top, aspect="auto", extent=extent)
-    axes.set(ylabel="marker", facecolor="white")
-    figure.colorbar(image, ax=axes, label=label, fraction=0.03, pad=0.01, extend="max")
-
-
-def draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str) -> None:
-    """Draw every channel around its own mean, one above the other where there are several."""
-    time = np.arange(len(values)) / rate
-    centred = values - values.mean(axis=0)
-    step = 0.7 * float(np.ptp(centred, axis=0).max()) if values.shape[1] > 1 else 0.0
-    for index, trace in enumerate(centred.T):
-        axes.plot(time, trace - index * step, color=BLUE, lw=0.6)
-    axes.set(xlabel="time (s)", ylabel=f"signal{unit}", xlim=(time[0], time[-1]))
-    if step:
-        axes.set_ylabel(f"channel (apart by {step:.3g}{unit})")
-        numbers = range(1, values.shape[1] + 1)
-        axes.set_yticks([-step * (number - 1) for number in numbers], map(str, numbers))
-
-
-def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
-    if len(values) < 2:  # a single sample has no spectrum
-        return
-    frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
-    amplitude = amplitude_spectrum((values - values.mean(axis=0)).T).T[1:]
-    if values.shape[1] > 1:
-        axes.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
-    axes.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
-    axes.set_xlim(frequency[0], frequency[-1])
-    for axis in (axes.xaxis, axes.yaxis):  # the usual labels are formulas, which the style has not
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
-
-
-# How steady SA-I and RA-I images are, by texture and speed; the paper's own beside them.
-
-PUBLISHED = {
-    "sa1": {("a", 50.0): 0.98, ("g", 10.0): 0.86, ("g", 50.0): 0.60, ("g", 100.0): 0.67},
-    "ra1": {("a", 50.0): 0.10, ("g", 10.0): 0.14, ("g", 50.0): 0.12, ("g", 100.0): 0.10},
-}
-"""The same of the ten images of each row of the paper's Figures 8 and 10, 20 frames apart, as
-digitised from the printed pictures: by channel, texture and speed (mm/s)."""
-_CHANNELS = {"sa1": ("SA-I", BLUE), "ra1": ("RA-I", VERMILION)}
-_MOST_NAMES = 26
-_WIDTH = 0.6
-"""Of the distance between textures, what their speeds are spread over."""
+    return inch, RING_SHARE * 72 * inch * apart_px / width / draw.RING_POINTS
 
 
 def steadiness_sentence(rows: Sequence[Mapping[str, Any]], apart: int) -> str:
-    """Return what the recordings say of it, in a sentence with the numbers."""
-    said = {title: [float(row[name]) for row in rows] for name, (title, _) in _CHANNELS.items()}
+    """Return how steady the images of all recordings are, in a sentence with the numbers."""
+    found = {title: [float(row[name]) for row in rows] for name, (title, _) in _CHANNELS.items()}
     both = " and ".join(
         f"{title} {np.mean(values):.2f} ({min(values):.2f} to {max(values):.2f})"
-        for title, values in said.items()
+        for title, values in found.items()
     )
     n = len(rows)
     whose = "of the only recording" if n == 1 else f"mean (least to most) of {n} recordings"
@@ -275,7 +198,7 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     Parameters
     ----------
     rows
-        From `inspection.inspect.steadiness_of`.
+        From `inspection.stores.measure_steadiness`.
     apart
         Frames between the two images.
     source
@@ -292,14 +215,14 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
         return texture + _WIDTH * ((speed - slowest) / (fastest - slowest) - 0.5)
 
     title = f"How like is a tactile image to the one {apart} frames later?"
-    figure = new_figure(max(5.6, min(0.42 * len(textures) + 2.6, 11)), 3.9, title, source)
+    figure = style.new_figure(max(5.6, min(0.42 * len(textures) + 2.6, 11)), 3.9, title, source)
     axes = figure.subplots()
     ends = f", {key_of(slowest)} to {key_of(fastest)} mm/s" if slowest < fastest else ""
     at = [place(textures.index(str(row["texture"])), row["speed_mm_s"]) for row in rows]
     for name, (called, colour) in _CHANNELS.items():
         axes.plot(at, [row[name] for row in rows], ls="", marker="o", markersize=3, alpha=0.75,
                   color=colour, label=f"{called}{ends}")  # fmt: skip
-    letters = [texture_letter(texture, by_spacing) for texture in textures]
+    letters = [labels.texture_letter(texture, by_spacing) for texture in textures]
     printed = [
         (place(letters.index(letter), speed), value)
         for of_channel in PUBLISHED.values()
@@ -309,13 +232,13 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     if printed and None not in letters:
         axes.plot(*zip(*printed, strict=True), ls="", marker="x", markersize=5, mew=1.3, color=INK,
                   label="the paper's\nprinted images")  # fmt: skip
-    name_places(axes, list(texture_names(textures, by_spacing).values()), _MOST_NAMES)
+    style.name_places(axes, list(labels.texture_names(textures, by_spacing).values()), _MOST_NAMES)
     lowest = min(float(row[name]) for row in rows for name in _CHANNELS)
     axes.set(xlim=(-0.6, len(textures) - 0.4), ylim=(min(-0.05, lowest - 0.05), 1.03))
     axes.axhline(0, color=GREY, lw=0.7)
     axes.grid(axis="y", color=LINE, lw=0.4)
     within = "; of each, slow to the left, fast to the right" if ends else ""
-    axes.set(xlabel=f"{texture_axis(textures, by_spacing)}{within}",
+    axes.set(xlabel=f"{labels.texture_axis(textures, by_spacing)}{within}",
              ylabel="correlation over markers")  # fmt: skip
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     return figure

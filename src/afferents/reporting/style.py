@@ -7,13 +7,12 @@ which colour-blind readers can tell apart.
 """
 
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
@@ -38,10 +37,7 @@ SEQUENTIAL = "cividis"
 """For responses: even in lightness, the same to colour-blind readers."""
 PERCENT = "Blues"
 """For percentages: white is none, as in the paper's matrices."""
-PROTOCOL_MARKS = {"nested": (BLUE, "o", BLUE), "published": (VERMILION, "s", "white")}
-"""Colour, marker and filling of the points of each protocol."""
 DPI = 160
-_COLUMNS = 3
 _FOOTER_INCH = 0.22
 
 styled = style.context(
@@ -86,54 +82,6 @@ def new_figure(width: float, height: float, title: str, footer: str) -> Figure:
     return figure
 
 
-def panels_figure(
-    names: Sequence[str],
-    draw: Callable[[Axes, str], None],
-    title: str,
-    footer: str,
-    x: str,
-    height: float,
-) -> Figure:
-    """Return a figure with a panel for each name, below a row that holds the legend of all.
-
-    Every panel shows accuracy in percent.
-
-    Parameters
-    ----------
-    draw
-        Draws what is of a name into its panel.
-    x
-        What it goes with.
-    height
-        Of a panel, inches.
-    """
-    n_columns = min(_COLUMNS, len(names))
-    n_rows = -(-len(names) // n_columns)
-    figure = new_figure(max(3.0 * n_columns + 0.5, 6.0), height * n_rows + 1.0, title, footer)
-    heading, *rows = figure.subplots(
-        n_rows + 1, n_columns, squeeze=False, sharex=True, sharey=True,
-        gridspec_kw={"height_ratios": [0.08, *[1.0] * n_rows]},
-    )  # fmt: skip
-    grid = np.array(rows)
-    for axes, name in zip(grid.flat, names, strict=False):
-        draw(axes, name)
-    hide(list(grid.flat)[len(names) :])
-    for column in grid.T:
-        lowest = [axes for axes in column if axes.get_visible()][-1]
-        lowest.set_xlabel(x)
-        lowest.tick_params(labelbottom=True)
-    for axes in grid[:, 0]:
-        axes.set_ylabel("accuracy (%)")
-    shown = [axes.get_legend_handles_labels() for axes in grid.flat[: len(names)]]
-    entries = {name: handle for ends in shown for handle, name in zip(*ends, strict=True)}
-    for axes in heading:
-        axes.set_axis_off()
-    handles, labels = list(entries.values()), list(entries)
-    legend = heading[0].legend(handles, labels, loc="center left", ncols=len(labels))
-    legend.set_in_layout(False)
-    return figure
-
-
 def hide(cells: Iterable[Axes]) -> None:
     """Hide the cells of a grid that nothing is drawn in."""
     for axes in cells:
@@ -152,7 +100,7 @@ def draw_cells(
 ) -> AxesImage:
     """Draw numbers (row, column) as colours from `low` to `high`, framed; what is NaN is grey."""
     axes.set_facecolor(MISSING)
-    frame_all(axes)
+    axes.spines[:].set_visible(True)
     return axes.imshow(
         values, cmap=colours, vmin=low, vmax=high, interpolation="nearest", **options
     )
@@ -173,16 +121,11 @@ def draw_chance(axes: Axes, chance: float) -> None:
 def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3, **text: Any) -> None:
     """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some.
 
-    They are turned where one is longer than so many letters.
+    They are turned where one has more letters than `longest`.
     """
     every = -(-len(names) // most)
     turned = 90 if max(map(len, names)) > longest else 0
     axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned, **text)
-
-
-def frame_all(axes: Axes) -> None:
-    """Draw all four edges of an axes that holds a picture."""
-    axes.spines[:].set_visible(True)
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
@@ -196,8 +139,8 @@ def save_figure(figure: Figure, path: Path) -> Path:
 def png_bytes(figure: Figure) -> bytes:
     """Return the figure as the content of a PNG file."""
     for text in figure.findobj(Text):
-        if text.get_text() != (said := printable(text.get_text())):
-            text.set_text(said)  # the name of a file
+        if text.get_text() != (printed := printable(text.get_text())):
+            text.set_text(printed)  # the name of a file
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": MARK})
     return buffer.getvalue()
@@ -205,7 +148,7 @@ def png_bytes(figure: Figure) -> bytes:
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
+    """A figure with its file name, title, caption, and what it shows.
 
     `description` is read out to those who cannot see the figure.
     """

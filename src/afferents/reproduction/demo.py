@@ -30,7 +30,7 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
     if all(path.is_file() for path in exported):
         return exported
     # a demo that was stopped leaves a part
-    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulated_store(folder, progress)
+    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulate_store(folder, progress)
     (data,) = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
@@ -42,7 +42,7 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
     return exported
 
 
-def _simulated_store(folder: Path, progress: Progress) -> Path:
+def _simulate_store(folder: Path, progress: Progress) -> Path:
     progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
     simulation = simulation_of(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
     simulate_session(simulation, None, progress)

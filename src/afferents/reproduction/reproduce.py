@@ -30,6 +30,7 @@ from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.session import Session
+from afferents.reporting.published import remaining_discrepancies
 from afferents.reporting.report import report
 from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
@@ -83,7 +84,7 @@ def reproduce(
 
     Prints first what is chosen, where that differs from the authors' code, and how much is to do.
     What is finished is kept. Unless told otherwise it evaluates the six models of Table 1 as we
-    recommend, and ours beside them.
+    recommend, and ours alongside.
 
     Parameters
     ----------
@@ -118,12 +119,13 @@ def reproduce(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    from afferents.reporting.published import remaining_discrepancies
-
     given = {name: value for name, value in options.items() if value is not None}
     everything = {**read_preset(like), **given}
     extracting = {name: v for name, v in everything.items() if name in EXTRACTING}
-    evaluating = _evaluating(everything)
+    only_extracting = set(EXTRACTING) - EvaluationOptions.model_fields.keys()
+    evaluating = EvaluationOptions(
+        **{name: v for name, v in everything.items() if name not in only_extracting}
+    )
     _require_known(evaluating)
     run = RunFolder(Path(out))
     changes = list_changes(like, given)
@@ -135,13 +137,12 @@ def reproduce(
         for line in _describe(like, changes, remaining):
             progress.note(line)
         if session is None:
-            _require_simulated(everything["cut"], size)
-        seed = evaluating.seeds[0]
-        root = Path(session) if session else _simulated(run, size, given, seed, progress)
+            session = _simulate(run, size, everything, evaluating.seeds[0], progress)
+        root = Path(session)
         there = read_session(root, everything.get("fps_hz"))
         if not given.get("keep_going"):
             _require_length(there, everything["cut"])
-        progress.note(_to_do(there, run, evaluating))
+        progress.note(_count_jobs(there, run, evaluating))
     run.write_state(
         RunState(
             like=like, choices=choices, otherwise=tuple(changes), differs=tuple(remaining),
@@ -169,13 +170,6 @@ def _describe(like: Like, changes: list[str], remaining: list[str]) -> Iterator[
         yield "All discrepancies of paper and code: afferents discrepancies"
 
 
-def _evaluating(everything: Options) -> EvaluationOptions:
-    """Return the options of `evaluate` among all."""
-    only_extracting = set(EXTRACTING) - EvaluationOptions.model_fields.keys()
-    named = {name: v for name, v in everything.items() if name not in only_extracting}
-    return EvaluationOptions(**named)
-
-
 def _require_known(options: EvaluationOptions) -> None:
     """Refuse unknown options and models, before hours are spent on extracting.
 
@@ -196,26 +190,22 @@ def _require_known(options: EvaluationOptions) -> None:
     Encodings().changed(**{n: v for n, v in options.encoding.items() if not several or n != FRAMES})
 
 
-def _require_simulated(cut: Cut, size: Size) -> None:
-    """Refuse what makes no sense of a session that is yet to be simulated.
+def _simulate(run: RunFolder, size: Size, options: Options, seed: int, progress: Progress) -> Path:
+    """Simulate the session of a reproduction that is given none; keep what is there of it.
 
     Raises
     ------
     InputError
-        Naming it.
+        If the recordings would be too short for the cut.
     """
-    if cut == "published" and size != "paper":
+    if options["cut"] == "published" and size != "paper":
         expected = "recordings of 65 s (--size paper), or --session"
         raise InputError(
             f"--cut published: expected {expected}, found --size {size}; or use --cut all"
         )
-
-
-def _simulated(run: RunFolder, size: Size, given: Options, seed: int, progress: Progress) -> Path:
-    """Simulate the session of a reproduction that is given none; keep what is there of it."""
-    sensor = sensor_in(given.get("sensor", "tip_b"))
+    sensor = sensor_in(options.get("sensor", "tip_b"))
     wanted = simulation_of(run.session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
-    return simulate_session(wanted, given.get("workers"), progress)
+    return simulate_session(wanted, options.get("workers"), progress)
 
 
 def _require_length(session: Session, cut: Cut) -> None:
@@ -234,22 +224,22 @@ def _require_length(session: Session, cut: Cut) -> None:
             cut_audio(audio.n_samples, audio.sample_rate_hz, cut, None, name)
 
 
-def _to_do(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
-    """Say how many recordings and trainings are left to be done.
+def _count_jobs(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
+    """Return how many recordings and trainings are left to be done.
 
     Raises
     ------
     InputError
-        If a group or texture asked for is not there.
+        If a group or texture that was given is not there.
     """
     named = [label(xr.Dataset(), recording) for recording in session.recordings]
-    asked = options.ablation.recordings(named)
-    # Arcs are asked of no recording: the drum's way is not extracted yet.
-    groups = options.by.groups_of(asked if options.by.whole else [])
+    used = options.ablation.recordings(named)
+    # Arcs are known of no recording: the drum's way is not extracted yet.
+    groups = options.by.groups_of(used if options.by.whole else [])
     options.by.require(options.held_out, groups, "--held-out")
     models: list[tuple[str, ...]] = [(model.name,) for model in choose_models(options.models)]
     if "best" in list_names(options.models) or not models:
-        models.append(BEST)  # which of them, the responses tell
+        models.append(BEST)  # which of them depends on the responses
     trainings = sum(
         not any(
             finished(run.results, FoldKey.of(name, protocol.name, seed, group, options.by))

@@ -1,5 +1,5 @@
 from .camera import (
-    Camera as Camera,
+    RigCamera as RigCamera,
 )
 from .camera import (
     project as project,
@@ -20,7 +20,7 @@ from .drive import (
     STEADY_S as STEADY_S,
 )
 from .drive import (
-    Drive as Drive,
+    RigDrive as RigDrive,
 )
 from .drums import (
     is_drum as is_drum,
@@ -29,7 +29,7 @@ from .drums import (
     write_stl as write_stl,
 )
 from .microphone import (
-    Microphone as Microphone,
+    RigMicrophone as RigMicrophone,
 )
 from .record import (
     AUDIO as AUDIO,

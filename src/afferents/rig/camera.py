@@ -18,7 +18,7 @@ Points = NDArray[np.float64]
 _OUTER_PX, _OUTER_OF_PX = 280.0, 640
 
 
-class Camera(BaseModel):
+class RigCamera(BaseModel):
     """A camera behind the skin, and the ring of lights round it.
 
     Attributes
@@ -89,7 +89,7 @@ class Camera(BaseModel):
         return np.array([(self.width - 1) / 2, (self.height - 1) / 2])
 
 
-def project(position_mm: Points, camera: Camera) -> Points:
+def project(position_mm: Points, camera: RigCamera) -> Points:
     """Return where points of the skin appear, px (pixel centres at integers).
 
     Parameters
@@ -138,7 +138,7 @@ class Renderer:
         Of the noise.
     """
 
-    def __init__(self, camera: Camera, seed: int) -> None:
+    def __init__(self, camera: RigCamera, seed: int) -> None:
         """Draw the noise and light the empty skin."""
         self.camera = camera
         self._rng = np.random.default_rng(seed)
@@ -177,7 +177,7 @@ def _parts(grey: NDArray[np.float32]) -> NDArray[np.int16]:
     return np.rint(np.clip(grey, -_LOUDEST_GREY, _LOUDEST_GREY) * _PER_GREY).astype(np.int16)
 
 
-def _light(camera: Camera) -> NDArray[np.float32]:
+def _light(camera: RigCamera) -> NDArray[np.float32]:
     """Return how brightly the ring lights each pixel, 1 in the middle, (height, width)."""
     y, x = np.indices((camera.height, camera.width))
     centre = camera.centre_px
@@ -186,7 +186,7 @@ def _light(camera: Camera) -> NDArray[np.float32]:
 
 
 @lru_cache(maxsize=4)
-def _stamps(camera: Camera) -> NDArray[np.uint8]:
+def _stamps(camera: RigCamera) -> NDArray[np.uint8]:
     """Return how much of each pixel round it a disc covers: (steps_y, steps_x, rows, columns).
 
     By the pixel's distance from the disc's edge: a straight edge, blurred by the lens and by the

@@ -8,9 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from afferents.choices import Remount
 from afferents.documents import reason_in
 from afferents.errors import InputError
-from afferents.rig.camera import Camera
-from afferents.rig.drive import Drive
-from afferents.rig.microphone import Microphone
+from afferents.rig.camera import RigCamera
+from afferents.rig.drive import RigDrive
+from afferents.rig.microphone import RigMicrophone
 from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum
 
@@ -132,9 +132,9 @@ class Rig(BaseModel):
     drum: Drum = Drum()
     skin: Skin = Skin()
     mounting: Mounting = Mounting()
-    drive: Drive = Drive()
-    microphone: Microphone = Microphone()
-    camera: Camera = Camera()
+    drive: RigDrive = RigDrive()
+    microphone: RigMicrophone = RigMicrophone()
+    camera: RigCamera = RigCamera()
 
     def printed(self, prints: int) -> Self:
         """Return the rig with another set of drums; a session has that of its seed's number."""

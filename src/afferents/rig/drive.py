@@ -43,7 +43,7 @@ _RIPPLE_HZ = 3.0
 _DRIFT_S = 20.0
 
 
-class Drive(BaseModel):
+class RigDrive(BaseModel):
     """How unevenly the drum turns; all strengths chosen, 0 is off.
 
     Attributes
@@ -148,7 +148,7 @@ class Turning(NamedTuple):
 def turn(
     speed_mm_s: float,
     seconds: float,
-    drive: Drive,
+    drive: RigDrive,
     drum_radius_mm: float,
     start_rad: float,
     run_out_mm: tuple[float, float],

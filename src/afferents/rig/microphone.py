@@ -23,7 +23,7 @@ _FULL_SCALE = 32767
 _MOTOR_LINES = 8
 
 
-class Microphone(BaseModel):
+class RigMicrophone(BaseModel):
     """Where the microphone is and what it passes.
 
     Attributes
@@ -77,7 +77,7 @@ def heard(
     pressure_rate: NDArray[np.float64],
     shear_rate: NDArray[np.float64],
     rate_hz: float,
-    microphone: Microphone,
+    microphone: RigMicrophone,
 ) -> NDArray[np.float64]:
     """Return what the gel passes to the microphone, full scale 1, at 44.1 kHz.
 
@@ -99,7 +99,7 @@ def heard(
 def disturbances(
     motor_turns: NDArray[np.float64],
     loudness: NDArray[np.float64],
-    microphone: Microphone,
+    microphone: RigMicrophone,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
     """Return motor, mains and noise of the sensor's channel, full scale 1, shape (n_samples,).

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.files import holds_only, write_aside
 from afferents.recordings.tactile_bench import LOGS
-from afferents.rig.camera import Camera, Renderer, project
+from afferents.rig.camera import Renderer, RigCamera, project
 from afferents.rig.config import Rig
 from afferents.rig.drive import Slide
 from afferents.rig.microphone import write_wav
@@ -31,7 +31,7 @@ _TICKS_HZ = 90_000
 _TIME_BASE = Fraction(1, _TICKS_HZ)
 
 
-def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Camera) -> None:
+def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: RigCamera) -> None:
     """Write a video.
 
     Parameters

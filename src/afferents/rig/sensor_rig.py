@@ -9,7 +9,7 @@ from afferents.documents import reason_in
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.sensor import BlobDetector, Sensor
-from afferents.rig.camera import Camera
+from afferents.rig.camera import RigCamera
 from afferents.rig.config import Rig
 from afferents.rig.kernel import N_SIDE
 from afferents.rig.skin import Skin
@@ -32,11 +32,11 @@ def rig_of(sensor: Sensor) -> Rig:
         has a lens that bends the picture (as the rig's camera has), or if its pins don't fit on a
         drum.
     """
-    size = sensor.width or Camera().width, sensor.height or Camera().height
+    size = sensor.width or RigCamera().width, sensor.height or RigCamera().height
     lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
     is_own = (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice
     seen = (*size, bool(sensor.looks.blob_colour), sensor.lens)
-    if is_own and seen == (Camera().width, Camera().height, True, None):
+    if is_own and seen == (RigCamera().width, RigCamera().height, True, None):
         return Rig()
     pitch = _require(sensor)
     if sensor.layout == "square":
@@ -87,9 +87,9 @@ def _middled(position: Positions) -> Positions:
     return np.asarray(position - position.mean(axis=0))
 
 
-def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> Camera:
+def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
     """Return a camera to whose pictures the sensor file's detector applies."""
-    detector, usual = sensor.looks, Camera()
+    detector, usual = sensor.looks, RigCamera()
     if isinstance(detector, BlobDetector):
         area = (detector.min_area_px2 + detector.max_area_px2) / 2
         diameter_px = 2 * math.sqrt(area / math.pi)
@@ -97,7 +97,7 @@ def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> Camera:
         diameter_px = 2 * detector.radius_px
     greys = usual.marker_grey, usual.skin_grey
     marker, skin = greys if detector.blob_colour else greys[::-1]
-    return Camera(
+    return RigCamera(
         width=size[0],
         height=size[1],
         px_per_mm=px_per_mm,

@@ -1,1 +1,1 @@
-"""Formats of robots and of others; only the command line names it."""
+"""Formats of robots: ROS 2 bags, LeRobot, rerun; only the command line names it."""

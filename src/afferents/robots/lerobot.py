@@ -1,6 +1,6 @@
 """A store as a LeRobot data set (format 3.0): an episode a recording, whole or not at all.
 
-Tables in ``meta/`` say in which file each episode lies
+Tables in ``meta/`` say in which file each episode is
 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3). Here each has files of its own: a
 recording of a minute fills them. Features of touch are named as proposals for LeRobot name them,
 ``observation.tactile.*`` (its pull requests 3175 and 4469).
@@ -239,7 +239,7 @@ def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
     if dims.RA2 in responses:
         rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
         size = max(1, round(rate_hz / fps))  # from each frame until the next
-        # silence stands for what follows the end
+        # after the end, silence
         padded = np.pad(responses[dims.RA2].values, ((0, size), (0, 0)))
         begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
         windows = sliding_window_view(padded, size, axis=0)[np.clip(begins, 0, len(padded) - size)]

@@ -82,7 +82,7 @@ def find_recordings(
 def jpegs(video: Video, quality: int) -> Iterator[tuple[float, bytes]]:
     """Yield a video's frames and when each was taken, s.
 
-    JPEGs are those of the file, byte for byte; other frames are encoded anew, of `quality`.
+    JPEGs are those of the file, byte for byte; other frames are encoded, at `quality`.
     """
     if isinstance(video, VideoFile):
         with av.open(f"file:{video.path}") as container:

@@ -24,7 +24,7 @@ _LARGEST_RATIO = 1000
 
 
 class Input(NamedTuple):
-    """A response to units, laid out on the steps of the simulation; see `units.Drive`.
+    """A response that drives units, on the steps of the simulation; see `units.Drive`.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class AfferentClass(StrictForm):
     bands_hz
         Of units that listen to vibration, a pass band each.
     izhikevich, lif
-        Parameters of each model of a unit, `gain` among them; those of a further model stand in a
+        Parameters of each model of a unit, `gain` among them; those of a further model are in a
         table of its name.
     """
 

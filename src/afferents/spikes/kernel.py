@@ -1,4 +1,4 @@
-"""Steps of spiking units, compiled; units lie innermost, so the processor takes many at once."""
+"""Steps of spiking units, compiled; units are the inner loop, so many are computed at once."""
 
 import numpy as np
 

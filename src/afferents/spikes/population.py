@@ -21,60 +21,43 @@ _FEW = 30
 """Fewer spikes or intervals prove nothing: 30 at random miss the last third of a trial once in
 200,000 cases."""
 _INSTANT = 1 / 500
-"""Share of a trial: spikes that all lie before it are in another unit."""
+"""Share of a trial: spikes that are all earlier are in another unit of time."""
 
 
-def check_units(units: Any, where: object) -> pd.DataFrame:
-    """Return the units' table by name, whole: `class`, `resolution_s`, `receptive_field`.
+def check_tables(units: Any, trials: Any, where: object) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the tables of units, by name, and of trials, with all columns that `Spikes` has.
 
     Raises
     ------
     InputError
         If a column is missing, a class is none of `CLASSES` or two units have one name.
     """
-    table: pd.DataFrame = pd.DataFrame(units)
-    if "name" in table:
-        table = table.set_index("name")
-    table.index = table.index.astype(str).rename("unit")
-    if "class" not in table:
-        raise InputError(
-            f"{where}: expected a column 'class' of units, found columns {list(table)}"
-        )
-    other = sorted(set(table["class"]) - set(CLASSES))
-    if other:
+    unit_table, trial_table = pd.DataFrame(units), pd.DataFrame(trials).reset_index(drop=True)
+    for table, name, what in ((unit_table, "class", "units"), (trial_table, "texture", "trials")):
+        if name not in table:
+            raise InputError(
+                f"{where}: expected a column '{name}' of {what}, found columns {list(table)}"
+            )
+    if "name" in unit_table:
+        unit_table = unit_table.set_index("name")
+    unit_table.index = unit_table.index.astype(str).rename("unit")
+    if other := sorted(set(unit_table["class"]) - set(CLASSES)):
         raise InputError(f"{where}: expected classes of {', '.join(CLASSES)}, found '{other[0]}'")
-    twice = table.index[table.index.duplicated()]
-    if len(twice):
+    if len(twice := unit_table.index[unit_table.index.duplicated()]):
         raise InputError(
             f"{where}: expected units of different names, found two of the name '{twice[0]}'"
         )
-    if "resolution_s" not in table:
-        table["resolution_s"] = 0.0
-    if "receptive_field" not in table:
-        table["receptive_field"] = [()] * len(table)
-    return table
-
-
-def check_trials(trials: Any, where: object) -> pd.DataFrame:
-    """Return the trials' table with `texture`, `speed_mm_s` and `repetition`.
-
-    Raises
-    ------
-    InputError
-        If there is no column of textures.
-    """
-    table: pd.DataFrame = pd.DataFrame(trials).reset_index(drop=True)
-    if "texture" not in table:
-        raise InputError(
-            f"{where}: expected a column 'texture' of trials, found columns {list(table)}"
-        )
-    table["texture"] = table["texture"].astype(str)
-    table["speed_mm_s"] = (
-        table["speed_mm_s"].astype(np.float64) if "speed_mm_s" in table else np.nan
-    )
-    if "repetition" not in table:
-        table["repetition"] = table.groupby(["texture", "speed_mm_s"], dropna=False).cumcount()
-    return table
+    if "resolution_s" not in unit_table:
+        unit_table["resolution_s"] = 0.0
+    if "receptive_field" not in unit_table:
+        unit_table["receptive_field"] = [()] * len(unit_table)
+    trial_table["texture"] = trial_table["texture"].astype(str)
+    speed_mm_s = trial_table.get("speed_mm_s", pd.Series(np.nan, trial_table.index))
+    trial_table["speed_mm_s"] = speed_mm_s.astype(np.float64)
+    if "repetition" not in trial_table:
+        same = trial_table.groupby(["texture", "speed_mm_s"], dropna=False)
+        trial_table["repetition"] = same.cumcount()
+    return unit_table, trial_table
 
 
 def _require_times(spikes: "Spikes", where: object) -> None:
@@ -114,7 +97,7 @@ def _require_times(spikes: "Spikes", where: object) -> None:
         raise InputError(
             f"{where}: expected spikes of a fibre {1e3 * REFRACTORY_S:g} ms apart or more, its "
             f"refractory time, found {short} of {n} intervals shorter in {len(twice)} of "
-            f"{spikes.n_units} units ({_list(twice.index)}); remove spikes that stand twice, or "
+            f"{spikes.n_units} units ({_list(twice.index)}); remove duplicate spikes, or "
             "give times in s"
         )
 
@@ -132,9 +115,9 @@ def doubts_about(spikes: "Spikes") -> list[str]:
     """Return what is likely wrong with durations and times, a sentence each.
 
     A unit whose trains all end early was recorded for a shorter time than is given, and its rates
-    come out too low. Intervals below the refractory time are spikes that stand twice, or of two
-    fibres. Where all intervals are as long as a refractory time whose ms were read as s, times and
-    durations are in ms.
+    come out too low. Intervals below the refractory time are duplicate spikes, or those of
+    two fibres. Where all intervals are as long as a refractory time whose ms were read as s, times
+    and durations are in ms.
     """
     train, trial, unit = spikes.places()
     speed = spikes.trials["speed_mm_s"].map("{:g}".format).to_numpy(str)
@@ -159,7 +142,7 @@ def doubts_about(spikes: "Spikes") -> list[str]:
         found.append(
             f"{len(short)} of {len(intervals)} intervals between spikes are below the refractory "
             f"time of a fibre, {1e3 * REFRACTORY_S:g} ms, in {len(names)} units ({_list(names)}): "
-            "look for spikes that stand twice, and for two fibres in one unit"
+            "look for duplicate spikes, and for two fibres in one unit"
         )
     if len(intervals) >= _FEW and intervals["s"].min() >= 1e3 * REFRACTORY_S:
         found.append(
@@ -254,7 +237,7 @@ class Spikes:
         ------
         InputError
             If a time is not finite, negative, before its predecessor or after its train's end, if
-            times are in another unit or stand twice, two units have one name, a column is missing,
+            times are in another unit or duplicated, two units have one name, a column is missing,
             or a duration is no positive number.
         """
         found = cls.unchecked(trains, units, trials, where, durations_s)
@@ -273,7 +256,7 @@ class Spikes:
         durations_s: ArrayLike | None = None,
     ) -> Self:
         """Return what `from_trains` does of times that were checked already."""
-        unit_table, trial_table = check_units(units, where), check_trials(trials, where)
+        unit_table, trial_table = check_tables(units, trials, where)
         shape = (len(trial_table), len(unit_table))
         if len(trains) != shape[0] or any(len(row) != shape[1] for row in trains):
             found = f"{len(trains)} of {sorted({len(row) for row in trains})}"
@@ -347,7 +330,7 @@ class Spikes:
         ----------
         stop_s
             Where the last bin ends at the latest; without it, the shortest trial's end. Bins that
-            don't fit whole are left out, and NaN stands where a unit was not recorded.
+            don't fit whole are left out, and a unit that was not recorded has NaN.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Units that are driven bit by bit, as frames and sound come: they fire as on the whole."""
+"""Units that are driven piece by piece, live: they fire as on the whole recording."""
 
 import math
 
@@ -34,7 +34,7 @@ class UnitStream:
         self.skip()
 
     def skip(self) -> None:
-        """Begin anew, at rest: what comes next does not follow what came before."""
+        """Restart at rest: what comes next does not follow what came before."""
         self._state: State | None = None
 
     def _fire(self, drive: Drive, from_s: float) -> Fired:
@@ -60,7 +60,7 @@ class MarkerUnits(UnitStream):
         super().__init__(afferent, model)
 
     def skip(self) -> None:
-        """Begin anew: the next frame is the first."""
+        """Restart: the next frame is the first."""
         super().skip()
         self._first_s, self._step = 0.0, 0
         self._before: tuple[float, NDArray[np.float32]] | None = None
@@ -89,7 +89,7 @@ class MarkerUnits(UnitStream):
 
 
 class VibrationUnits(UnitStream):
-    """Units of a band each, driven by sound as it comes.
+    """Units of a band each, driven by sound, piece by piece.
 
     They begin 0.1 s after the sound, and say so some 0.15 s later, since the filters look
     both ways.
@@ -112,7 +112,7 @@ class VibrationUnits(UnitStream):
         super().__init__(afferent, model)
 
     def skip(self) -> None:
-        """Begin anew: the next sample is the first."""
+        """Restart: the next sample is the first."""
         super().skip()
         self._waiting = np.empty(0)
 

@@ -18,7 +18,7 @@ _MOST_HZ = 500
 
 
 class Drive(NamedTuple):
-    """Current into units, laid out on the steps of the simulation.
+    """Current into units, on the steps of the simulation.
 
     Between rows the current is interpolated linearly.
 
@@ -46,7 +46,7 @@ class Fired(NamedTuple):
 class UnitModel(ABC):
     """A model of a spiking neuron; the same for all classes, with parameters of their own.
 
-    To add one, write `at_rest` and `fire` in a file of its own, name the class in
+    To add one, write `fire` and, if units at rest are not all 0, `at_rest`; name the class in
     `units.UNIT_MODELS`, and give it a table of parameters in each class' TOML file (`sa.toml`,
     `ra.toml`, `pc.toml`) and a field for it in `AfferentClass`.
 
@@ -58,9 +58,9 @@ class UnitModel(ABC):
 
     name: ClassVar[str]
 
-    @abstractmethod
     def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
-        """Return the state of units that nothing drives."""
+        """Return the state of units that nothing drives: two variables that are 0."""
+        return np.zeros((2, n_units), np.float32)
 
     @abstractmethod
     def fire(self, drive: Drive, values: Mapping[str, float], state: State | None = None) -> Fired:
@@ -73,7 +73,7 @@ class UnitModel(ABC):
         values
             By the names that its equations have.
         state
-            From which they go on; it becomes that after the last step. Without it, from rest.
+            Before the first step; changed in place to that after the last. Default: at rest.
         """
 
 
@@ -130,10 +130,6 @@ class LeakyIntegrateAndFire(UnitModel):
     """
 
     name: ClassVar[str] = "lif"
-
-    def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
-        """Return v = 0, and nothing left of a refractory time."""
-        return np.zeros((2, n_units), np.float32)
 
     def fire(self, drive: Drive, values: Mapping[str, float], state: State | None = None) -> Fired:
         """Return the spikes; the threshold's crossing is found within a step of 0.5 ms."""

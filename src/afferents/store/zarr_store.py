@@ -129,6 +129,12 @@ def store_config(store: Path) -> dict[str, Any]:
             f"{store}: expected a store written by 'afferents extract', found none; extract first"
         )
     attributes = attributes_of(store)
+    if attributes.get("format") == TRACKS:
+        raise InputError(
+            f"{store}: expected a store written by 'afferents extract', found the tracks of one "
+            "video; put the video into a folder, and type 'afferents init FOLDER' and 'afferents "
+            "extract FOLDER STORE'"
+        )
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
         found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')!r}"
         do = "extract the session again, into a store of another name"
@@ -141,7 +147,7 @@ def store_config(store: Path) -> dict[str, Any]:
 
 
 def is_tracks(path: Path) -> bool:
-    """Tell whether a folder is a store of one video's tracks."""
+    """Return whether a folder is a store of one video's tracks."""
     return bool(attributes_there(path).get("format") == TRACKS)
 
 

@@ -18,7 +18,7 @@ from afferents.rig.run import simulate_run
 GRID = np.stack(np.divmod(np.arange(361), 19), axis=1)
 
 
-def response_of(values, places=GRID):
+def make_response(values, places=GRID):
     coords = {dims.ROW: (dims.MARKER, places[:, 0]), dims.COLUMN: (dims.MARKER, places[:, 1])}
     return xr.DataArray(values, dims=(dims.TIME, dims.MARKER), coords=coords, name=dims.SA1)
 
@@ -27,7 +27,7 @@ def test_a_lost_marker_takes_the_mean_of_its_neighbours_by_squared_distance():
     values = np.arange(361.0)[None].repeat(2, axis=0)
     values[1, 180] = np.nan
     values[1, 180 - 1] = 1000.0
-    filled = fill(response_of(values)).values
+    filled = fill(make_response(values)).values
     around = 180 + np.array([1, -19, 19, -20, -18, 18, 20])
     expected = (1000 + values[1, around[:3]].sum() + values[1, around[3:]].sum() / 2) / 6
     assert filled[1, 180] == pytest.approx(expected)
@@ -39,10 +39,10 @@ def test_holes_are_filled_from_the_edge_inwards_and_by_the_last_value_where_noth
     values = np.full((3, 361), 7.0)
     values[1, (abs(GRID - 9) <= 2).all(axis=1)] = np.nan
     values[2] = np.nan
-    filled = fill(response_of(values)).values
+    filled = fill(make_response(values)).values
     np.testing.assert_allclose(filled, 7)
-    assert (fill(response_of(values[2:])).values == 0).all()
-    placeless = response_of(values).drop_vars([dims.ROW, dims.COLUMN])
+    assert (fill(make_response(values[2:])).values == 0).all()
+    placeless = make_response(values).drop_vars([dims.ROW, dims.COLUMN])
     np.testing.assert_array_equal(fill(placeless), hold(placeless))
 
 
@@ -72,7 +72,7 @@ def test_frames_are_filled_alike_one_by_one_and_whatever_comes_later(seed, layou
 
 def errors(true, hidden, places=GRID):
     """Return how far filled and held values are from the truth, median and p90."""
-    response = response_of(np.where(hidden, np.nan, true), places)
+    response = make_response(np.where(hidden, np.nan, true), places)
     off = [np.abs(one(response).values - true)[hidden] for one in (fill, hold)]
     return [np.nanquantile(one, [0.5, 0.9]) for one in off]
 

@@ -152,5 +152,5 @@ def test_memory_that_is_short_is_one_sentence_of_any_command(fails, monkeypatch,
     def short(*_):
         raise MemoryError
 
-    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
+    monkeypatch.setattr("afferents.reproduction.status.status", short)
     assert fails("status", tmp_path).startswith("afferents: out of memory; ")

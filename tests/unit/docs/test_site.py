@@ -140,7 +140,7 @@ def test_the_site_is_built_without_a_warning(tmp_path):
             {"lab/devices/drives/guard.py", "lab/live/several.py"},
         ),
         (r"np\.load\((?!.*allow_pickle=False)|torch\.load\(|joblib\.load\(", set()),
-        (r"create_server\(|\.bind\(|\.listen\(", {"lab/live/web/door.py"}),
+        (r"create_server\(|\.bind\(|\.listen\(", {"lab/live/web/server.py"}),
     ],
 )
 def test_what_the_page_on_security_says_is_where_it_says(what, where):

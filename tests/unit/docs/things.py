@@ -144,7 +144,9 @@ def percepts(things, path):
 
 def plan(things, path):
     """The example, of two short runs."""
-    text = EXAMPLE.replace('["0", "2", "4"]', '["0", "4"]').replace("[20, 40, 60]", "[60]")
+    text = (
+        EXAMPLE.read_text().replace('["0", "2", "4"]', '["0", "4"]').replace("[20, 40, 60]", "[60]")
+    )
     text = text.replace("seconds = 5.0", "seconds = 1.5")
     path.write_text(text)
 

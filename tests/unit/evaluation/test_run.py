@@ -19,7 +19,8 @@ from afferents.models.checkpoint import Checkpoint
 from afferents.models.model import choose_models
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE
-from afferents.reproduction.run_folder import RunFolder, RunState, status
+from afferents.reproduction.run_folder import RunFolder, RunState
+from afferents.reproduction.status import status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 FIRST = "vib-te, nested, seed 0, 20 mm/s held out"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.inspection.inspect import steadiness, steadiness_of
+from afferents.inspection.stores import measure_steadiness, steadiness
 
 
 def test_what_stays_the_same_is_one_and_what_turns_round_is_minus_one():
@@ -42,7 +42,7 @@ def test_recordings_with_markers_have_a_row():
     dims = ("time", "marker")
     felt = xr.Dataset({"sa1": (dims, still), "ra1": (dims, rng.normal(size=(50, 30)))})
     heard = xr.Dataset({"ra2": ("audio_time", np.zeros(9))}, attrs=attributes)
-    (row,) = steadiness_of([felt.assign_attrs(attributes), heard])
+    (row,) = measure_steadiness([felt.assign_attrs(attributes), heard])
     assert row["recording"] == "3/50"
     assert row["speed_mm_s"] == 50
     assert row["sa1"] == pytest.approx(1)

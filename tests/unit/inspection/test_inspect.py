@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 from afferents.inspection.files import draw_vibration
-from afferents.inspection.init import some_of
-from afferents.inspection.inspect import inspect, too_short_sentences
+from afferents.inspection.init import list_first
+from afferents.inspection.inspect import inspect
+from afferents.inspection.sessions import too_short_sentences
 
 HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
 
@@ -19,8 +20,8 @@ def look(tmp_path):
 
 
 def test_names_that_are_not_all_shown_end_in_dots():
-    assert some_of(["1", "2"]) == "1, 2"
-    assert some_of([str(n) for n in range(31)]).endswith("28, 29, ...")
+    assert list_first(["1", "2"]) == "1, 2"
+    assert list_first([str(n) for n in range(31)]).endswith("28, 29, ...")
 
 
 def test_every_broken_slide_is_named(look, tmp_path):

@@ -157,7 +157,7 @@ def test_the_unit_of_times_is_checked_in_both_directions(read, table):
         read(right.to_table().assign(time_s=1e6 * right.to_table()["time_s"], duration_s=1e6))
 
 
-def test_spikes_that_stand_twice_are_refused(read, table):
+def test_duplicate_spikes_are_refused(read, table):
     twice = pd.concat([table, table]).sort_values(
         ["unit", "texture", "speed_mm_s", "repetition", "time_ms"]
     )

@@ -56,7 +56,7 @@ def empty(tmp_path):
     return write
 
 
-def names_in(root):
+def list_names(root):
     return [r.name for r in afferents.read_session(root).recordings]
 
 
@@ -128,8 +128,8 @@ def test_a_hole_among_files_of_a_pattern_is_named_and_may_be_declared(empty):
     names = ["felt_20.avi", "felt_40.avi", "silk_20.avi"]
     toml = 'pattern = "{texture}_{speed}.avi"\n'
     with pytest.raises(InputError, match=r"none in silk/40; .*session\.toml"):
-        names_in(empty(names, toml))
-    assert len(names_in(empty(names, toml + 'holes = [["silk", 40]]\n'))) == 3
+        list_names(empty(names, toml))
+    assert len(list_names(empty(names, toml + 'holes = [["silk", 40]]\n'))) == 3
 
 
 def test_names_in_a_pattern_take_what_the_rest_leaves():

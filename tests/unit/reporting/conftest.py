@@ -10,8 +10,7 @@ import pytest
 
 from afferents.encodings.samples import Samples, concatenate, make_samples
 from afferents.evaluation.results import Results, Summary
-from afferents.reporting.choice import Shown
-from afferents.reporting.images import FrameRow
+from afferents.reporting.data import FrameRow, Shown
 
 NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]

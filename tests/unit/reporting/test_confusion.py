@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from afferents.evaluation.results import Summary
-from afferents.reporting.confusion import confusion_figure, percent_of_true
+from afferents.reporting.draw import normalise
 from afferents.reporting.published import published_textures
+from afferents.reporting.result_figures import confusion_figure
 
 
 def matrices(figure):
@@ -24,7 +25,7 @@ def matrices(figure):
 
 @given(hnp.arrays(np.int64, (4, 4), elements=st.integers(0, 1000)))
 def test_every_tested_texture_sums_to_100(counts):
-    sums = percent_of_true(counts).sum(axis=1)
+    sums = normalise(counts).sum(axis=1)
     tested = counts.sum(axis=1) > 0
     np.testing.assert_allclose(sums[tested], 100)
     assert np.isnan(sums[~tested]).all()

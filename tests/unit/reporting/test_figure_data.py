@@ -12,8 +12,8 @@ from afferents.encodings.settings import Encodings
 from afferents.evaluation.data import open_data
 from afferents.evaluation.results import Results, Summary
 from afferents.progress import Progress
-from afferents.reporting import report as writing
-from afferents.reporting.figures import draw_pictures
+from afferents.reporting import data as reading
+from afferents.reporting.report import draw_pictures
 
 QUIET = Progress(quiet=True)
 
@@ -43,7 +43,7 @@ def evaluated(store, out, textures, **wanted):
 
 
 def test_data_as_evaluated_are_drawn(of_store):
-    data, notes = writing.figure_data(of_store, QUIET)
+    data, notes = reading.read_figure_data(of_store, QUIET)
     assert notes == []
     assert data.spectra.sizes["sample"] == 12 * 4
     assert data.spectra.attrs == {"units": "full scale", "named_by_spacing": True}
@@ -53,7 +53,7 @@ def test_figures_as_in_the_paper_say_what_stands_in_and_are_drawn(stores, result
     opened = open_data([str(stores["video"])])
     textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
     shown = evaluated(stores["video"], tmp_path / "r", textures, window_s=0.2, stride_s=0.1)
-    paper, notes = writing.figure_data(shown, QUIET, "paper")
+    paper, notes = reading.read_figure_data(shown, QUIET, "paper")
     assert notes == []
     rows = paper.frames["ra1", 1]
     assert [(row.panel, row.shown.speed_mm_s) for row in rows] == [
@@ -77,8 +77,8 @@ def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(of_store, s
     content = json.loads(group.read_text())
     content["attributes"]["config"]["session"] = "another"
     group.write_text(json.dumps(content))
-    data, (note,) = writing.figure_data(of_store, QUIET)
-    assert data == writing.FigureData()
+    data, (note,) = reading.read_figure_data(of_store, QUIET)
+    assert data == reading.FigureData()
     assert "sounds.zarr: expected the data that were evaluated, found changed data" in note
 
 
@@ -101,7 +101,7 @@ def ask_too_long_windows(of_store, store):
 )
 def test_data_that_are_gone_or_damaged_only_cost_the_figures(of_store, store, change, said):
     change(of_store, store)
-    data, (note,) = writing.figure_data(of_store, QUIET)
+    data, (note,) = reading.read_figure_data(of_store, QUIET)
     assert (data.spectra, data.frames) == (None, {})
     assert note.startswith("Figures of ")
     assert said in note
@@ -129,7 +129,7 @@ def recording(n_frames):
     ],
 )
 def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, said):
-    frames, began = writing._frames([recording(n_frames)], True, "paper")
+    frames, began = reading.read_frames([recording(n_frames)], True, "paper")
     row = frames["sa1", apart][0]
     expected = first + apart * np.arange(10)[:, None, None] + np.array([[0, 0.1], [0.2, 0.3]])
     np.testing.assert_allclose(row.images, expected, rtol=1e-6)

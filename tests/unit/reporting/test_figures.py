@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 from afferents.evaluation.results import Summary
-from afferents.reporting import spectra as drawn_spectra
-from afferents.reporting.accuracy import speed_picture
-from afferents.reporting.figures import FigureData, draw_pictures
-from afferents.reporting.images import images_figure
+from afferents.reporting.data import FigureData
+from afferents.reporting.data_figures import (
+    choose_stretch,
+    images_figure,
+    spectra_figure,
+    stretch_figure,
+)
 from afferents.reporting.published import published_textures
+from afferents.reporting.report import draw_pictures
+from afferents.reporting.result_figures import picture_accuracies
 from afferents.reporting.style import save_figure
 
 S = Summary.model_validate
@@ -25,33 +30,29 @@ def peak(points):
 
 
 def test_the_example_is_the_papers_else_a_bumpy_drum_before_a_word_before_a_smooth_one(spectra):
-    example = drawn_spectra.stretch_example(spectra)
-    assert (example.name, example.speed_mm_s) == ("i", 40.0)
-    assert drawn_spectra.stretch_example(spectra[spectra["speed_mm_s"].values != 80.0]) is None
+    assert choose_stretch(spectra) == ("4", 40.0)
+    assert choose_stretch(spectra[spectra["speed_mm_s"].values != 80.0]) is None
     names = spectra["texture"].values
-    for others, chosen in ((("0", "3"), "g"), (("0", "Linen"), "Linen"), (("0", "0"), "a")):
+    for others, chosen in ((("0", "3"), "3"), (("0", "Linen"), "Linen"), (("0", "0"), "0")):
         renamed = np.where(names == "3", others[0], others[1])
-        assert (
-            drawn_spectra.stretch_example(spectra.assign_coords(texture=("sample", renamed))).name
-            == chosen
-        )
+        assert choose_stretch(spectra.assign_coords(texture=("sample", renamed)))[0] == chosen
 
 
 def test_figure07_puts_stretched_and_real_lines_at_the_same_true_frequency(spectra):
-    example = drawn_spectra.stretch_example(spectra)
-    figure = drawn_spectra.stretch_figure(example, "somewhere")
+    figure = stretch_figure(spectra, "4", 40.0, "somewhere")
+    assert figure.get_suptitle().endswith("texture i")
     upper, middle, lower = figure.axes
     assert peak(lines(upper)["recorded at 20 mm/s (2 windows)"]) == 40
     assert peak(lines(upper)["40 mm/s stretched by 0.5"]) == 40
     assert peak(lines(middle)["recorded at 40 mm/s (2 windows)"]) == 80
     assert peak(lines(lower)["recorded at 80 mm/s (2 windows)"]) == 160
     assert peak(lines(lower)["40 mm/s stretched by 2"]) == 160
-    assert upper.get_xlim()[1] == min(200, example.middle["frequency"].max())
+    assert upper.get_xlim()[1] == min(200, spectra["frequency"].max())
 
 
 def test_figure12_draws_true_frequencies_and_speeds_and_says_what_is_missing(spectra):
     gap = (spectra["texture"].values == "3") & (spectra["speed_mm_s"].values == 80.0)
-    figure = drawn_spectra.spectra_figure(spectra[~gap], "somewhere")
+    figure = spectra_figure(spectra[~gap], "somewhere")
     assert [axes.get_title() for axes in figure.axes[:3]] == ["20 mm/s", "40 mm/s", "80 mm/s"]
     assert peak(figure.axes[0].lines[0].get_xydata()) == 40
     assert [text.get_text() for text in figure.axes[2].texts] == ["not recorded"]
@@ -84,7 +85,7 @@ def panel_of(figure, title):
 
 
 def test_speed_figure_draws_percent_and_the_interval_of_each_speed(results):
-    panel = panel_of(speed_picture(results).figure, "vib-TE")
+    panel = panel_of(next(picture_accuracies(results)).figure, "vib-TE")
     np.testing.assert_allclose(lines(panel)["nested protocol"], [[10, 25], [20, 50], [40, 75]])
     assert "paper, its own recordings" not in lines(panel)  # whose textures are others
     bars, shifted = panel.collections

@@ -7,15 +7,16 @@ from html.parser import HTMLParser
 import pytest
 
 from afferents.evaluation.results import Results, Summary
-from afferents.reporting.figures import FigureData, draw_pictures
+from afferents.reporting.data import FigureData
 from afferents.reporting.labels import source_line
-from afferents.reporting.page import redo_command, render_report
-from afferents.reporting.summary_text import (
-    beside_the_winner,
+from afferents.reporting.page import render_report, write_command
+from afferents.reporting.report import draw_pictures
+from afferents.reporting.text import (
+    describe_question,
+    describe_uncertainty,
     headline,
-    next_steps,
-    sureness,
-    what_was_asked,
+    list_findings,
+    list_next_steps,
 )
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -101,7 +102,7 @@ def test_a_control_and_what_was_asked_for_are_named_wherever_numbers_stand(summa
     summary |= {"control": "permuted", "options": options, "n_used": 6}
     text, found = rendered(), S(summary)
     assert "it never learnt from, in a control: labels permuted (nested" in headline(found)
-    assert next_steps(found) == []
+    assert list_next_steps(found) == []
     assert "Not of the recordings as they are, but a control: labels permuted. " in text
     assert "<dd>--control permuted --textures a,e</dd>" in text
     assert "(9 recordings), 6 of them used · control: labels permuted" in source_line(found)
@@ -116,7 +117,7 @@ def test_names_are_escaped(summary, results):
 
 
 def test_command_repeats_the_evaluation(results, summary):
-    assert redo_command(results) == (
+    assert write_command(results) == (
         "afferents evaluate --config OUT/results/config.json --out AGAIN --protocol both --models "
         "vib-te,vib-te-aug"
     )
@@ -124,7 +125,7 @@ def test_command_repeats_the_evaluation(results, summary):
         found["nested"]["seeds"] = [3, 4]
         del found["published"]
     several = Results(results.root, results.config, S(summary), results.predictions)
-    assert "--out AGAIN --seed 3 --seeds 2 --models" in redo_command(several)
+    assert "--out AGAIN --seed 3 --seeds 2 --models" in write_command(several)
 
 
 # In short.
@@ -151,7 +152,7 @@ def test_it_says_what_else_came_out(summary):
     found["recordings"] |= {"mean_accuracy": 0.6, "ci95": [0.5, 0.7]}
     found["confusion"] = [[4, 0, 0], [1, 3, 0], [0, 0, 4]]
     summary["models"]["vib-te"]["nested"]["mean_accuracy"] = 0.55
-    assert beside_the_winner(S(summary)) == [
+    assert list_findings(S(summary)) == [
         "It recognises the texture of 60.0 [50.0, 70.0]% of whole recordings, from all their "
         "samples together.",
         "From the worst: 10 mm/s 25.0%, 20 mm/s 50.0%, 40 mm/s 75.0%.",
@@ -160,7 +161,7 @@ def test_it_says_what_else_came_out(summary):
         "Its most frequent mistake is to take 0.5 for 0: 25.0% of the samples of 0.5.",
     ]
     found["confusion"] = [[4, 0, 0], [0, 3, 0], [0, 0, 4]]
-    assert not any("mistake" in sentence for sentence in beside_the_winner(S(summary)))
+    assert not any("mistake" in sentence for sentence in list_findings(S(summary)))
 
 
 def test_models_are_compared_within_a_modality_first(summary, rendered):
@@ -170,7 +171,7 @@ def test_models_are_compared_within_a_modality_first(summary, rendered):
         {"protocol": "nested", "model": one, "than": than, "difference": 0.05, "ci95": [-0.02, 0.1]}
         for one, than in pairs
     ]
-    first, second, *_ = beside_the_winner(S(summary))
+    first, second, *_ = list_findings(S(summary))
     assert first == (
         "Within a modality, in percentage points: RA-SE over SA-SE +5.0 [-2.0, +10.0] (paper +7); "
         "vib-TE augmented over vib-TE +5.0 [-2.0, +10.0] (paper +40)."
@@ -181,27 +182,27 @@ def test_models_are_compared_within_a_modality_first(summary, rendered):
 
 
 def test_what_was_asked_says_what_was_learnt_from_and_tested(summary):
-    asked = what_was_asked(S(summary))
+    asked = describe_question(S(summary))
     assert "from the recordings of the others, and then" in asked
     assert "in every sample of this one. So" in asked
     summary["options"] = {"test_only": {"repetition": "1"}}
-    asked = what_was_asked(S(summary))
+    asked = describe_question(S(summary))
     assert "of the others that are not of repetition=1, and" in asked
     assert "in every sample of this one that is of repetition=1." in asked
     for found in summary["models"].values():
         del found["nested"]
-    asked = what_was_asked(S(summary))
+    asked = describe_question(S(summary))
     assert "in half of the samples of this one that is of repetition=1. The other half" in asked
     summary["options"] = {"train_speeds": 2}
-    assert "from the recordings of 2 of the others, and then" in what_was_asked(S(summary))
+    assert "from the recordings of 2 of the others, and then" in describe_question(S(summary))
     for found in summary["models"].values():
         found["published"]["leaks"]["test_samples_of_a_speed_seen_in_validation"] = 0
-    assert "The other half" not in what_was_asked(S(summary)), "of what is solved at once"
+    assert "The other half" not in describe_question(S(summary)), "of what is solved at once"
 
 
 def test_arcs_are_parts_of_the_same_recordings(summary):
     summary |= {"split": "angle-3", "groups": ["1", "2", "3"], "speeds_mm_s": [], "models": {}}
-    assert what_was_asked(S(summary)).startswith(
+    assert describe_question(S(summary)).startswith(
         "The drum of each of 3 textures was divided into 3 arcs of the drum. Each in turn was "
         "held out: a model learnt from the parts of recordings in the others, and then had"
     )
@@ -217,19 +218,19 @@ def test_arcs_are_parts_of_the_same_recordings(summary):
 )
 def test_it_says_what_intervals_leave_out(summary, intervals, said, unsaid):
     summary["intervals"] = intervals
-    text = sureness(S(summary))
+    text = describe_uncertainty(S(summary))
     assert said in text
     assert unsaid not in text
     assert "--seeds 3" in text
     for protocols in summary["models"].values():
         for found in protocols.values():
             found["seeds"] = [0, 1, 2]
-    assert "and over training seeds" in sureness(S(summary))
+    assert "and over training seeds" in describe_uncertainty(S(summary))
 
 
 def test_intervals_over_several_sessions_as_one_do_not_speak_of_one(summary):
     summary["data"] *= 2
-    assert "may differ in these sessions. They" in sureness(S(summary))
+    assert "may differ in these sessions. They" in describe_uncertainty(S(summary))
 
 
 def test_at_chance_nothing_was_learnt_and_nothing_follows_as_without_models(summary, rendered):
@@ -239,10 +240,10 @@ def test_at_chance_nothing_was_learnt_and_nothing_follows_as_without_models(summ
         "Nothing was learnt: vib-TE augmented recognises the texture in 32.2 [0.0, 100.0]% of the "
         "samples at speeds that it never learnt from (nested protocol), and guessing gives 33.3%."
     )
-    assert next_steps(S(summary)) == []
+    assert list_next_steps(S(summary)) == []
     summary["models"] = {}
     assert headline(S(summary)) == "No model was evaluated."
-    assert next_steps(S(summary)) == beside_the_winner(S(summary)) == []
+    assert list_next_steps(S(summary)) == list_findings(S(summary)) == []
     assert "No model was evaluated." in rendered()
 
 
@@ -250,11 +251,11 @@ def test_a_wide_interval_does_not_say_that_nothing_was_learnt(summary):
     summary["intervals"] = {"replicate": "session", "n": 2}
     summary["models"]["vib-te-aug"]["nested"] |= {"mean_accuracy": 0.76, "ci95": [0.0, 1.0]}
     assert "33.3%. 2 sessions are too few to tell that from guessing. It" in headline(S(summary))
-    assert next_steps(S(summary))
+    assert list_next_steps(S(summary))
 
 
 def test_as_good_is_not_better(summary):
-    assert "It did best of the 2 models evaluated." in beside_the_winner(S(summary))
+    assert "It did best of the 2 models evaluated." in list_findings(S(summary))
 
 
 @pytest.mark.parametrize("simulated", [False, True])
@@ -265,7 +266,7 @@ def test_each_step_is_a_command_that_the_shell_takes(summary, simulated, model, 
     summary |= {"cut": "published", "preset": "paper", "options": options}
     summary["data"][0] |= {"kind": "store", "simulated": simulated, "source": str(tmp_path / "s")}
     summary["models"][model] = summary["models"].pop("vib-te-aug")
-    steps = next_steps(S(summary), tmp_path / "r")
+    steps = list_next_steps(S(summary), tmp_path / "r")
     commands = [line for step in steps for line in step.command.splitlines()]
     assert [line.split()[1] for line in commands][-3:] == ["train", "export", "live"]
     both = "--split trial --cut published --preset paper"

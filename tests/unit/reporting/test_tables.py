@@ -5,8 +5,8 @@ import pytest
 
 from afferents.errors import InputError
 from afferents.evaluation.results import Results, Summary
-from afferents.reporting import comparisons, published, report, tables
-from afferents.reporting.labels import are_published, spacing_note, texture_names
+from afferents.reporting import compare, published, report, tables
+from afferents.reporting.labels import are_published, caption, spacing_note, texture_names
 
 TEXTURES, SPEEDS = list(published.published_textures()), list(published.published_speeds())
 INTERVAL = "50.0 [40.2, 60.3]"
@@ -16,14 +16,14 @@ S = Summary.model_validate
 def rows(table, n_headers=1):
     """Return the cells of rows by their headers."""
     key = (lambda row: row[0]) if n_headers == 1 else (lambda row: tuple(row[:n_headers]))
-    return {key(row): row[n_headers:] for row in tables.texts_of(table)}
+    return {key(row): row[n_headers:] for row in tables.format_rows(table)}
 
 
 def column(table, name):
-    return [row[tables.heads_of(table).index(name)] for row in tables.texts_of(table)]
+    return [row[tables.list_heads(table).index(name)] for row in tables.format_rows(table)]
 
 
-def caption(table):
+def caption_of(table):
     return table.attrs["caption"]
 
 
@@ -58,60 +58,58 @@ def test_table1_of_other_data_has_only_the_rows_that_were_run(summary):
 
 def test_a_ranking_across_modalities_has_the_papers_caution(summary):
     one = S(summary)
-    ranked = [tables.table1(one), comparisons.runs_side_by_side({"one": one})]
+    ranked = [tables.table1(one), compare.compare_summaries({"one": one})]
     ranked[0:0] = [tables.table1(S({**summary, "named_by_spacing": False}))]
-    assert [tables.ACROSS.strip() in caption(table) for table in ranked] == [False, True, False]
+    assert [caption("across") in caption_of(table) for table in ranked] == [False, True, False]
     summary["models"]["sa-se"] = summary["models"]["vib-te"]
     one = S(summary)
-    for table in (tables.table1(one), comparisons.runs_side_by_side({"one": one})):
-        assert tables.ACROSS.strip() in caption(table)
-        assert "section 3.3.2" in caption(table)
+    for table in (tables.table1(one), compare.compare_summaries({"one": one})):
+        assert caption("across") in caption_of(table)
+        assert "section 3.3.2" in caption_of(table)
 
 
-@pytest.mark.parametrize(
-    ("simulated", "note"), [(False, tables.SAME_GRID), (True, tables.OTHER_RECORDINGS)]
-)
+@pytest.mark.parametrize(("simulated", "note"), [(False, "same_grid"), (True, "other_recordings")])
 def test_the_papers_column_is_comparable_only_on_its_grid_and_what_is_missing_is_named(
     summary, simulated, note
 ):
-    assert tables.OTHER_RECORDINGS in caption(tables.table1(S(summary)))
+    assert caption("other_recordings") in caption_of(tables.table1(S(summary)))
     summary["textures"], summary["speeds_mm_s"] = TEXTURES, SPEEDS
     summary["data"][0]["simulated"] = simulated
     summary["skipped"] = [{"recording": f"3/{n}", "reason": "x"} for n in range(7)]
-    said = caption(tables.table1(S(summary)))
-    assert note in said
+    said = caption_of(tables.table1(S(summary)))
+    assert caption(note) in said
     assert "7 recordings are missing: 3/0, 3/1, 3/2, 3/3, 3/4 and others." in said
 
 
 def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary):
-    assert tables.PAPER_ROW not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
-    assert "paper" not in caption(tables.accuracy_by_speed(S(summary)))
+    assert tables.PAPER_ROW not in column(tables.group_table(S(summary)), "Protocol")
+    assert "paper" not in caption_of(tables.group_table(S(summary)))
     summary["textures"] = TEXTURES
     set_speeds(summary, {"10": 0.25, "20": 0.5, "120": 0.75})
-    table = tables.accuracy_by_speed(S(summary))
-    assert tables.heads_of(table)[2:] == ["10", "20", "120"]
-    assert tables.texts_of(table)[:3] == [
+    table = tables.group_table(S(summary))
+    assert tables.list_heads(table)[2:] == ["10", "20", "120"]
+    assert tables.format_rows(table)[:3] == [
         ["vib-TE", "nested", "25.0", "50.0", "75.0"],
         ["vib-TE", "published", "25.0", "50.0", "75.0"],
         ["vib-TE", tables.PAPER_ROW, "16.8", "41.2", "—"],
     ]
     assert table.iloc[0, 0] == pytest.approx(25)  # a number, for pages to shade
     set_speeds(summary, {"15": 0.25, "25": 0.5, "35": 0.75})
-    assert tables.PAPER_ROW not in column(tables.accuracy_by_speed(S(summary)), "Protocol")
+    assert tables.PAPER_ROW not in column(tables.group_table(S(summary)), "Protocol")
 
 
 def test_recordings_have_intervals_as_samples_have(summary):
     summary["models"]["vib-te"]["nested"]["recordings"] |= {"mean_accuracy": 0.6, "inside": None}
-    found = rows(tables.touches_table(S(summary)), 3)
+    found = rows(tables.recordings_table(S(summary)), 3)
     at_ends = ["25.0 [15, 35]", "75.0 [65, 85]"]
     assert found["vib-TE", "nested", "a sample"] == [INTERVAL, "50.0 [30.0, 70.0]", *at_ends]
     assert found["vib-TE", "nested", "a recording"] == ["60.0 [40.2, 60.3]", "—", *at_ends]
 
 
 def test_touches_of_equal_length_stand_side_by_side(summary):
-    table = tables.by_touch_table(S(summary))
-    assert tables.heads_of(table)[2:] == ["0.11 s", "worst, 0.11 s", "1 s", "worst, 1 s"]
-    assert tables.texts_of(table)[0][2:] == ["—", "—", INTERVAL, "25.0"]
+    table = tables.touches_table(S(summary))
+    assert tables.list_heads(table)[2:] == ["0.11 s", "worst, 0.11 s", "1 s", "worst, 1 s"]
+    assert tables.format_rows(table)[0][2:] == ["—", "—", INTERVAL, "25.0"]
 
 
 def test_leaks_are_named_and_added_over_the_models(summary):
@@ -126,7 +124,7 @@ def test_leaks_are_named_and_added_over_the_models(summary):
     assert "7 overlap training" in tables.leak_sentences(S(summary))[0]
     assert "1,234 of one trained on" in tables.leak_sentences(S(summary))[0]
     del leaks["scale_saw_held_out_speed"]
-    first, second = tables.texts_of(tables.leak_table(S(summary)))[:2]
+    first, second = tables.format_rows(tables.leak_table(S(summary)))[:2]
     assert first == ["vib-TE", "nested", "1,234", "1,234", "0", "0", "7", "not counted"]
     assert second[-1] == "yes"
 
@@ -135,11 +133,11 @@ def test_reliability_is_said_in_percent(summary):
     bins = {"ece": 0.1, "count": [0, 30, 10], "confidence": [0, 0.5, 0.9], "accuracy": [0, 0.4, 1]}
     summary["models"]["vib-te"]["nested"]["reliability"] = bins
     summary["models"]["vib-te-aug"]["published"]["reliability"] = None
-    table = tables.reliability_table(S(summary))
+    table = tables.confidence_table(S(summary))
     found = rows(table, 2)
     assert found["vib-TE", "nested"] == ["60.0", "55.0", "10.0"]
     assert found["vib-TE augmented", "published"] == ["—"] * 3
-    assert "3 bins" in caption(table)
+    assert "3 bins" in caption_of(table)
 
 
 # What compares.
@@ -152,11 +150,11 @@ def comparison(model, than, protocol="nested", difference=0.05):
 
 
 def test_pairs_that_differ_in_one_thing_and_selection_are_shown(summary):
-    assert comparisons.differences(S(summary)) is None
+    assert compare.differences(S(summary)) is None
     pairs = [("fusion", "vib-te"), ("vib-te", "sa-se"), ("vib-te-aug", "vib-te")]
     summary["comparisons"] = [comparison(*pair) for pair in pairs]
     summary["selection_effect"] = {"vib-te": {"difference": 0.3, "ci95": [0.21, 0.4]}}
-    shown = rows(comparisons.differences(S(summary)), 2)
+    shown = rows(compare.differences(S(summary)), 2)
     assert next(iter(shown)) == ("vib-TE augmented over vib-TE", "nested")
     assert shown == {
         ("vib-TE augmented over vib-TE", "nested"): ["+5.0 [-2.0, +12.3]"],
@@ -185,14 +183,14 @@ def of_paper(summary):
 
 
 def test_each_fold_stands_beside_the_papers(of_paper):
-    table = comparisons.beside_paper(S(of_paper))
+    table = compare.compare_folds(S(of_paper))
     assert column(table, "Held out (mm/s)") == [*(f"{v:g}" for v in SPEEDS), "mean"]
     assert column(table, "Larger than likely") == [
         "",
         "",
-        comparisons.LARGER,
+        compare.LARGER,
         *[""] * 7,
-        comparisons.LARGER,
+        compare.LARGER,
     ]
     assert column(table, "Difference")[1:3] == ["+0.0", "+20.0"]
     assert column(table, "Best epoch: paper / here")[0] == "33 / 7, 9"
@@ -200,7 +198,7 @@ def test_each_fold_stands_beside_the_papers(of_paper):
     of_log = published.published_families()["ra-ste"].folds[10.0]
     assert (of_log.best_epoch, of_log.percent) == (33, 35.2)
     set_speeds(of_paper, {"50": 0.5})
-    assert column(comparisons.beside_paper(S(of_paper)), "Held out (mm/s)") == ["50"]
+    assert column(compare.compare_folds(S(of_paper)), "Held out (mm/s)") == ["50"]
 
 
 @pytest.mark.parametrize("change", ["textures", "speeds", "recordings", "options"])
@@ -213,7 +211,7 @@ def test_others_than_the_papers_are_not_compared(of_paper, change):
         of_paper["options"] = {"markers": 0.25}
     else:  # folds that learnt from fewer speeds
         of_paper["data"][0]["n_recordings"] = 65
-    assert comparisons.beside_paper(S(of_paper)) is None
+    assert compare.compare_folds(S(of_paper)) is None
 
 
 def test_runs_of_one_name_are_told_by_their_paths(results, monkeypatch, tmp_path):
@@ -221,7 +219,7 @@ def test_runs_of_one_name_are_told_by_their_paths(results, monkeypatch, tmp_path
     folders = [tmp_path / one / "results" for one in "ab"]
     folders[0].mkdir(parents=True)
     table, _ = report.compare_runs(folders)
-    assert tables.heads_of(table)[2:] == [str(folder) for folder in folders]
+    assert tables.list_heads(table)[2:] == [str(folder) for folder in folders]
     with pytest.raises(InputError, match="found one twice"):
         report.compare_runs(folders[:1] * 2)
 
@@ -232,9 +230,9 @@ def test_accuracy_by_texture_is_a_mean_over_speeds(results):
     more["held_out_speed_mm_s"] = 50.0
     more["predicted_texture"] = "0"
     everything = pd.concat([results.predictions, more, more])
-    table = tables.by_texture_table(Results(results.root, {}, results.found, everything))
-    assert tables.heads_of(table) == ["Model", "Protocol", "0", "0.5", "Linen"]
-    assert tables.texts_of(table)[0][2:] == ["62.5", "37.5", "37.5"]
+    table = tables.texture_table(Results(results.root, {}, results.found, everything))
+    assert tables.list_heads(table) == ["Model", "Protocol", "0", "0.5", "Linen"]
+    assert tables.format_rows(table)[0][2:] == ["62.5", "37.5", "37.5"]
 
 
 def test_both_ends_of_the_series_are_recognised_better_by_sa1(results, summary):
@@ -245,9 +243,11 @@ def test_both_ends_of_the_series_are_recognised_better_by_sa1(results, summary):
     summary |= {"textures": TEXTURES, "models": {"sa-se": summary["models"]["vib-te"]}}
     predictions = results.predictions.replace({"vib-te": "sa-se", "Linen": "6"})
     predictions = predictions[predictions["model"] == "sa-se"]
-    table = tables.by_texture_table(Results(results.root, {}, S(summary), predictions))
-    assert tables.texts_of(table)[-1][-2:] == ["74.5", "40.6"]
-    assert "of SA-I alone that both ends of the series (a and m) are recognised" in caption(table)
+    table = tables.texture_table(Results(results.root, {}, S(summary), predictions))
+    assert tables.format_rows(table)[-1][-2:] == ["74.5", "40.6"]
+    assert "of SA-I alone that both ends of the series (a and m) are recognised" in caption_of(
+        table
+    )
 
 
 # One name a texture: the paper's letters where all are of its series, else the session's own.

@@ -120,7 +120,7 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
 
 def test_arcs_are_counted_before_the_way_of_the_drum_is_known(as_published, tmp_path):
     run, options = RunFolder(tmp_path), EvaluationOptions(split="angle-3", models="sa-se")
-    said = reproducing._to_do(read_session(as_published), run, options)
+    said = reproducing._count_jobs(read_session(as_published), run, options)
     assert "at most 3 trainings" in said
 
 

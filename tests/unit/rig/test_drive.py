@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from afferents.rig import STEADY_S, Drive
+from afferents.rig import STEADY_S, RigDrive
 from afferents.rig.drive import PRESSED_S, STILL_S, turn
 
 RATE_HZ = 2000.0
@@ -16,11 +16,11 @@ def turned(rng, drive, contact_at_rest=False, speed=50.0, seconds=6.0, run_out=(
 
 
 def calm():
-    return Drive(eccentricity_mm=0, ripple=0, motor_ripple=0, drift_mm=0)
+    return RigDrive(eccentricity_mm=0, ripple=0, motor_ripple=0, drift_mm=0)
 
 
 def test_the_drum_stands_still_and_off_for_the_rest_frames(rng):
-    turning = turned(rng, Drive())
+    turning = turned(rng, RigDrive())
     still = turning.time_s < STILL_S
     assert still.sum() / RATE_HZ > 30 / 90
     assert not turning.speed_mm_s[still].any()

@@ -6,22 +6,24 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.rig import Microphone, Skin
+from afferents.rig import RigMicrophone, Skin
 from afferents.rig.microphone import heard, write_wav
 
 RATE_HZ = 8820.0
-SILENT = Microphone(motor=0, mains=0, noise=0, room_noise=0)
+SILENT = RigMicrophone(motor=0, mains=0, noise=0, room_noise=0)
 
 
 def loudness_of(frequency_hz: float) -> float:
     time = np.arange(round(2 * RATE_HZ)) / RATE_HZ
-    sound = heard(np.sin(2 * np.pi * frequency_hz * time), 0 * time, RATE_HZ, Microphone())
-    return float(np.sqrt(2 * (sound[len(sound) // 2 :] ** 2).mean())) / Microphone().gain_per_mn_s
+    sound = heard(np.sin(2 * np.pi * frequency_hz * time), 0 * time, RATE_HZ, RigMicrophone())
+    return (
+        float(np.sqrt(2 * (sound[len(sound) // 2 :] ** 2).mean())) / RigMicrophone().gain_per_mn_s
+    )
 
 
 def test_it_hears_rates_below_its_corner_and_forces_above():
     """Each of its filters at its own frequency loses half the power; far above, nothing is left."""
-    own = Microphone()
+    own = RigMicrophone()
 
     def expected(hz: float) -> float:
         low, high = hz / math.hypot(hz, own.low_hz), 1 / math.sqrt(1 + (hz / own.high_hz) ** 4)
@@ -33,7 +35,7 @@ def test_it_hears_rates_below_its_corner_and_forces_above():
 
 
 def test_near_pins_are_louder():
-    microphone, rest = Microphone(), Skin().rest_mm()
+    microphone, rest = RigMicrophone(), Skin().rest_mm()
     weights = microphone.weights(rest)
     assert weights.sum() == pytest.approx(1)
     near = np.argmin(np.hypot(*(rest - [microphone.x_mm, microphone.y_mm]).T))

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.rig import Camera, project
+from afferents.rig import RigCamera, project
 from afferents.rig.camera import Renderer
 
-PLAIN = Camera(roll_deg=0, barrel=0, noise_grey=0, blur_px=0, falloff=0)
+PLAIN = RigCamera(roll_deg=0, barrel=0, noise_grey=0, blur_px=0, falloff=0)
 
 
 def test_the_axis_is_in_the_middle_and_x_to_the_right():

@@ -7,7 +7,7 @@ from afferents import cli
 
 @pytest.fixture(scope="session")
 def simulated(tmp_path_factory):
-    root = tmp_path_factory.mktemp("exchange")
+    root = tmp_path_factory.mktemp("robots")
     session, store = root / "S", root / "S.zarr"
     for command in (
         ["simulate", session, "--textures", "4", "--speeds", "60", "--seconds", "2"],

@@ -10,12 +10,12 @@ from lerobot.utils.decorators import check_if_already_connected, check_if_not_co
 
 from afferents.errors import InputError
 from afferents.lab.devices.found import find_devices
-from afferents.lab.live import LivePipeline, Source, Wanted, open_sources, sensor_of
-from afferents.lab.live.events import Mailbox
-from afferents.lab.live.images import Filled, Pixels, in_colours
-from afferents.lab.live.stream import RATE_TOLERANCE
+from afferents.lab.live import LivePipeline, Source, Wanted, find_sensor, open_sources
+from afferents.lab.live.mailbox import Mailbox
+from afferents.lab.live.touch import Filled, Pixels, colour_image
 from afferents.lab.live.web.snapshot import ring_px
 from afferents.markers.sensor import load_sensor
+from afferents.recordings.check import RATE_TOLERANCE
 from afferents.store.recording import Frame
 from lerobot_camera_afferents.config_camera import SHOWS, AfferentsCameraConfig
 from lerobot_camera_afferents.signed import draw_signed
@@ -85,7 +85,9 @@ class AfferentsCamera(Camera):
         """
         config = self.config
         try:
-            sensor = sensor_of(config.source, load_sensor(config.sensor) if config.sensor else None)
+            sensor = find_sensor(
+                config.source, load_sensor(config.sensor) if config.sensor else None
+            )
             wanted = Wanted(sensor=sensor, fps_hz=config.fps)
             (source,) = open_sources(config.source, None, wanted)
         except InputError as error:
@@ -166,14 +168,15 @@ class AfferentsCamera(Camera):
         mailbox.take_from(source)
         until_s = float("inf")
         try:
-            while time.monotonic() < until_s:
-                event = mailbox.get(0.1)
+            for event in mailbox.take(0.1):
                 if self._source is not source:
                     until_s = min(until_s, time.monotonic() + LET_GO_S)
                 elif event is not None:
                     self._take(event, pipeline)
-        except EOFError:
-            self._over = "it has ended; disconnect, and connect again to begin anew"
+                if time.monotonic() >= until_s:
+                    break
+            else:
+                self._over = "it has ended; disconnect, and connect again to begin anew"
         except Exception as error:  # noqa: BLE001  said where images are read
             self._over = str(error)
         self._is_new.set()
@@ -198,7 +201,7 @@ class AfferentsCamera(Camera):
             if config.shows == "signed":
                 image = draw_signed(found.touch, most_px)
             elif (response := found.image(config.shows)) is not None:
-                image = in_colours(response, most_px)
+                image = colour_image(response, most_px)
             else:
                 return None
             return cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)

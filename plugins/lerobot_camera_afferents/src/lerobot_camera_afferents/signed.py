@@ -5,8 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live.follower import Touch
-from afferents.lab.live.images import Pixels
+from afferents.lab.live.touch import Pixels, Touch
 from afferents.markers.places import images_of
 from lerobot_camera_afferents.config_camera import SHOWS
 

@@ -42,7 +42,7 @@ class HostClock:
 
 
 LOST_S = 0.2
-"""A clock that is off by more than this from the count tells of lost samples: PortAudio names most
+"""A clock that is off by more than this from the count shows lost samples: PortAudio names most
 losses itself, and the stamps of sound servers err by tens of ms."""
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""

@@ -25,9 +25,7 @@ DRIVES: dict[str, type[Drive]] = {
 }
 
 
-def make_device(
-    kinds: Mapping[str, type[Made]], table: Mapping[str, Any], where: object, *more: object
-) -> Made:
+def make_device(kinds: Mapping[str, type[Made]], table: Mapping[str, Any], where: object) -> Made:
     """Return the device that a table of a plan describes, unopened.
 
     Parameters
@@ -38,8 +36,6 @@ def make_device(
         ``kind``, and the options of that kind.
     where
         What the table is of, for an error: ``PLAN.toml, [camera]``.
-    more
-        What else the classes are made of, besides their options.
 
     Raises
     ------
@@ -78,5 +74,5 @@ def make_device(
         found = "none" if kind is None else repr(kind)
         raise InputError(f"{where}: expected kind = one of {', '.join(kinds)}, found {found}")
     made: Any = kinds[str(kind)]
-    device: Made = made(as_form(table, made.Options, where, f"options of {kind}"), *more)
+    device: Made = made(as_form(table, made.Options, where, f"options of {kind}"))
     return device

@@ -1,12 +1,11 @@
-"""What is asked for while it runs: by a key in the terminal, or by a line on standard input."""
+"""What is requested while it runs: by a key in the terminal, or by a line on standard input."""
 
 import os
 import re
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from afferents.errors import InputError
@@ -20,68 +19,60 @@ _LESSON = re.compile(r"learn(?: +(?P<name>.+?)(?: +at +(?P<speed>[\d.]*\d))?)?")
 
 
 @contextmanager
-def set_rest_when_asked(
+def set_rest_on_request(
     set_rest: Callable[[], object], lines: bool = False, lessons: "Lessons | None" = None
 ) -> Iterator[None]:
-    """Call a function whenever somebody asks for it, while the inside runs.
+    """Call a function at each request, while the inside runs.
 
     Parameters
     ----------
     set_rest
         Called from a thread of its own.
     lines
-        Whether each line ``rest`` on standard input asks, as a program writes it; else the key
-        ``z``, where there is a terminal.
+        Whether each line ``rest`` on standard input is a request, as a program writes it; else the
+        key ``z``, where there is a terminal.
     lessons
         That lines ``learn NAME`` or ``learn NAME at SPEED`` begin, and ``learn`` ends.
     """
-    if lines:
-        _listen(partial(_take_lines, lessons), set_rest)
-        yield
-    elif not _is_ours():
-        yield
-    else:
-        import termios
-        import tty
 
-        before = termios.tcgetattr(sys.stdin)
-        tty.setcbreak(sys.stdin)  # keys come at once; Ctrl-C stops as ever
-        _listen(_take_keys, set_rest)
-        try:
-            yield
-        finally:
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
-
-
-def _is_ours() -> bool:
-    """Tell whether keys come to us: there is a terminal, and we are not in its background."""
-    with suppress(OSError, ValueError, AttributeError):
-        return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
-    return False
-
-
-def _listen(take: Callable[[Callable[[], object]], None], set_rest: Callable[[], object]) -> None:
-    threading.Thread(target=take, args=(set_rest,), name="afferents-control", daemon=True).start()
-
-
-def _take_keys(set_rest: Callable[[], object]) -> None:
-    while key := os.read(sys.stdin.fileno(), 1):
-        if key == KEY.encode():
-            set_rest()
-
-
-def _take_lines(lessons: "Lessons | None", set_rest: Callable[[], object]) -> None:
-    for line in map(str.strip, sys.stdin):
-        asked = _LESSON.fullmatch(line)
-        try:
-            if line == LINE:
+    def take_keys() -> None:
+        while key := os.read(sys.stdin.fileno(), 1):
+            if key == KEY.encode():
                 set_rest()
-            elif asked is None or lessons is None:
-                known = f"'{LINE}'" if lessons is None else f"'{LINE}', 'learn NAME' or 'learn'"
-                raise InputError(f"expected a line {known}, found '{line}'")
-            elif asked["name"]:
-                lessons.start(asked["name"], asked["speed"] or "")
-            else:
-                lessons.stop()
-        except InputError as error:
-            sys.stderr.write(f"--control: {error}\n")
+
+    def take_lines() -> None:
+        for line in map(str.strip, sys.stdin):
+            try:
+                _follow_line(line, set_rest, lessons)
+            except InputError as error:
+                sys.stderr.write(f"--control: {error}\n")
+
+    is_terminal = False  # whose keys come to us: we are not in its background
+    with suppress(OSError, ValueError, AttributeError):
+        is_terminal = os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    with ExitStack() as restoring:
+        if is_terminal and not lines:
+            import termios
+            import tty
+
+            before = termios.tcgetattr(sys.stdin)
+            restoring.callback(termios.tcsetattr, sys.stdin, termios.TCSADRAIN, before)
+            tty.setcbreak(sys.stdin)  # keys come at once; Ctrl-C stops as before
+        if is_terminal or lines:
+            take = take_lines if lines else take_keys
+            threading.Thread(target=take, name="afferents-control", daemon=True).start()
+        yield
+
+
+def _follow_line(line: str, set_rest: Callable[[], object], lessons: "Lessons | None") -> None:
+    """Do what a line requests, or refuse it."""
+    lesson = _LESSON.fullmatch(line)
+    if line == LINE:
+        set_rest()
+    elif lesson is None or lessons is None:
+        known = f"'{LINE}'" if lessons is None else f"'{LINE}', 'learn NAME' or 'learn'"
+        raise InputError(f"expected a line {known}, found '{line}'")
+    elif lesson["name"]:
+        lessons.start(lesson["name"], lesson["speed"] or "")
+    else:
+        lessons.stop()

@@ -2,39 +2,29 @@
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live.events import (
-    BOTH,
-    CameraFrame,
-    Channel,
-    Event,
-    Mailbox,
-    Sound,
-    Source,
-    Trouble,
-    Wanted,
-    in_order,
-    require_finite,
-)
-from afferents.lab.live.follower import NO_SOUND, NO_TIMES, Follower, Response, Touch
-from afferents.lab.live.sensor_streams import JUMP_S, LATE_S
+from afferents.lab.live import events
+from afferents.lab.live.follower import Follower
+from afferents.lab.live.mailbox import Mailbox, take_in_order
+from afferents.lab.live.sensor_stream import JUMP_S, LATE_S
 from afferents.lab.live.sensors import DeviceSource
-from afferents.lab.live.sources import open_sources, sensor_of
+from afferents.lab.live.sources import find_sensor, open_sources
+from afferents.lab.live.touch import NO_SOUND, NO_TIMES, Response, Touch
 from afferents.markers.sensor import Sensor, sensor_in
 
 MOST_SOUND_S = 5.0
-"""Sound that waits for a frame is kept for so long."""
+"""Sound that waits for a frame is kept for this time."""
 
 
-class Fingertip:
+class Fingertip(AbstractContextManager["Fingertip", None]):
     """Gives a `Touch` for each frame of a running camera, clip or rig; see `stream`.
 
     Parameters
@@ -42,8 +32,7 @@ class Fingertip:
     sources
         One of video, and one of audio or none; closed with it.
     sensor
-        Says what markers look like, and where they are; None to find its markers in the first
-        frames.
+        What markers look like, and where they are; None to find them in the first frames.
     audio_offset_s
         The microphone's clock is ahead of the camera's by this much, s.
 
@@ -56,7 +45,7 @@ class Fingertip:
     """
 
     def __init__(
-        self, sources: Sequence[Source], sensor: Sensor | None, audio_offset_s: float = 0.0
+        self, sources: Sequence[events.Source], sensor: Sensor | None, audio_offset_s: float = 0.0
     ) -> None:
         """Wait for the first frame, with the skin at rest."""
         self._sources = sources
@@ -70,11 +59,8 @@ class Fingertip:
 
     @property
     def sensor(self) -> Sensor | None:
-        """Which is followed; None before its markers were found, where nobody described it."""
+        """Which is followed; None until its markers are found, if it was not given."""
         return self._follower.sensor
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
         self.close()
@@ -87,34 +73,24 @@ class Fingertip:
     def __iter__(self) -> Iterator[Touch]:
         """Yield a touch for each frame, from the rest frame on, until the sources end.
 
-        The first come once `N_FIRST` frames have shown where the skin is at rest. Who takes them
-        too slowly from a running source misses some, which are counted as dropped.
+        The first come once `N_FIRST` frames have shown where the skin is at rest. A loop that
+        takes them too slowly from a running source misses some, which are counted as dropped.
 
         Raises
         ------
         InputError
             If the first frames don't show the sensor's markers.
         """
-        follower = self._follower
-        for event in self._events():
-            if isinstance(event, CameraFrame):
-                is_paced = math.isfinite(self._sources[0].speed)
-                late = is_paced and time.monotonic() - event.arrived_s > LATE_S
-                follower.counters.late += late
-                yield from map(self._with_sound, follower.feed(event, late) or ())
-            elif isinstance(event, Sound):
+        for event in self._take_events():
+            if isinstance(event, events.Sound):
                 self._listen(event)
-            elif isinstance(event, Trouble):
-                follower.counters.troubles += 1
-                follower.say(event.what)
-                if event.channel == "video":
-                    follower.skip()
-            elif event.channel == "video":
-                yield from map(self._with_sound, follower.finish())
-                follower.begin()
-            else:
-                self._sound_ends_s = None
-        yield from map(self._with_sound, follower.finish())
+                continue
+            for _, touch in self._follow(event):
+                if self.sample_rate_hz is None:
+                    yield touch
+                else:
+                    samples, times = self._take_sound(touch.time_s)
+                    yield replace(touch, ra2=samples, ra2_time_s=times)
 
     def set_rest(self) -> None:
         """Let displacement count from where the markers are now.
@@ -124,27 +100,41 @@ class Fingertip:
         """
         self._follower.set_rest()
 
-    def _events(self) -> Iterator[Event]:
-        """Yield what the sources give: as it comes, or of recordings in the order of its time."""
+    def _take_events(self) -> Iterator[events.Event]:
+        """Yield what the sources give, and that the video ends."""
         if any(math.isfinite(source.speed) for source in self._sources):
             mailbox = Mailbox()
             for source in self._sources:
                 mailbox.take_from(source)
-            while True:
-                try:
-                    event = mailbox.get(1.0)
-                except EOFError:
-                    return
-                if event is not None:
-                    yield event
+            yield from (event for event in mailbox.take(1.0) if event is not None)
         else:
-            yield from in_order(self._sources, self._time_of)
+            yield from take_in_order(self._sources, self._time_of)
+        yield events.Begin("video", math.nan)
 
-    def _time_of(self, event: Event) -> float:
+    def _follow(self, event: events.Event) -> Iterable[tuple[events.CameraFrame, Touch]]:
+        """Yield the touches of a frame, or of the first ones where the video ends."""
+        follower = self._follower
+        if isinstance(event, events.CameraFrame):
+            is_paced = math.isfinite(self._sources[0].speed)
+            late = is_paced and time.monotonic() - event.arrived_s > LATE_S
+            follower.counters.late += late
+            yield from follower.feed(event, late) or ()
+        elif isinstance(event, events.Trouble):
+            follower.counters.troubles += 1
+            follower.note(event.what)
+            if event.channel == "video":
+                follower.skip()
+        elif event.channel == "video":
+            yield from follower.finish()
+            follower.begin()
+        else:
+            self._sound_ends_s = None
+
+    def _time_of(self, event: events.Event) -> float:
         """Return when something was, s on the video's clock."""
         return event.time_s - (self._offset_s if event.channel == "audio" else 0.0)
 
-    def _listen(self, sound: Sound) -> None:
+    def _listen(self, sound: events.Sound) -> None:
         """Keep samples for the next frame."""
         assert self.sample_rate_hz is not None
         begin_s, n = self._time_of(sound), len(sound.samples)
@@ -157,15 +147,7 @@ class Fingertip:
         while begin_s - self._pieces[0][0][0] > MOST_SOUND_S:  # the camera gives nothing
             self._follower.counters.lost_samples += len(self._pieces.pop(0)[0])
 
-    def _with_sound(self, felt: tuple[CameraFrame, Touch]) -> Touch:
-        """Return what a frame says, with the sound that came before it."""
-        _, touch = felt
-        if self.sample_rate_hz is None:
-            return touch
-        samples, times = self._sound_until(touch.time_s)
-        return replace(touch, ra2=samples, ra2_time_s=times)
-
-    def _sound_until(self, time_s: float) -> tuple[Response, NDArray[np.float64]]:
+    def _take_sound(self, time_s: float) -> tuple[Response, NDArray[np.float64]]:
         """Return the samples that were taken by then and are not given out yet, and their times."""
         if not self._pieces:
             return NO_SOUND, NO_TIMES
@@ -200,7 +182,7 @@ def stream(
     speed
         Of clips: seconds of theirs in a second; infinite for as fast as they are read.
     fps_hz
-        Frame rate asked of a camera, or a clip's true one; None for its own.
+        Frame rate requested of a camera, or a clip's true one; None for its own.
     exposure_ms
         Of the camera; None leaves it.
 
@@ -216,10 +198,10 @@ def stream(
     >>> len(largest)
     35
     """
-    require_finite(audio_offset_s)
+    events.require_offset(audio_offset_s)
     given = None if sensor is None else sensor_in(sensor)
-    known = given or sensor_of(str(video), fps_hz=fps_hz)
-    channels: frozenset[Channel] = BOTH if audio is not None else frozenset({"video"})
-    wanted, sound = Wanted(channels, known, fps_hz), None if audio is None else str(audio)
+    known = given or find_sensor(str(video), fps_hz=fps_hz)
+    channels: frozenset[events.Channel] = events.BOTH if audio is not None else frozenset({"video"})
+    wanted, sound = events.Wanted(channels, known, fps_hz), None if audio is None else str(audio)
     sources = open_sources(str(video), sound, wanted, speed, exposure_ms, fps_hz)
     return Fingertip(sources, known, audio_offset_s)

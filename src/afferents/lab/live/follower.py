@@ -3,8 +3,6 @@
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from statistics import median_low
 from typing import NamedTuple
@@ -13,153 +11,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import CHANNELS, NO_DISPLACEMENT, Skin
+from afferents.channels import Skin
 from afferents.errors import InputError
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.prediction import Counters
-from afferents.lab.live.rest import NewRest, have_moved
+from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Touch
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.cells import Cells
 from afferents.markers.detect import Positions, upright
-from afferents.markers.grid import Grid
-from afferents.markers.places import images_of
 from afferents.markers.rest import N_FIRST, check_size, count_stale
 from afferents.markers.sensor import Sensor
-from afferents.markers.track import Begun, Tracker, start_at_rest
+from afferents.markers.track import Tracker, start_at_rest
 from afferents.markers.windowed import Tracked
-from afferents.store.recording import Frame, Video
-
-Response = NDArray[np.float32]
-NO_SOUND = np.zeros((0, 1), np.float32)
-NO_TIMES = np.zeros(0)
-
-
-@dataclass(frozen=True, eq=False)
-class Touch:
-    """What one frame says of the skin; arrays are float32, as in a store.
-
-    Attributes
-    ----------
-    time_s
-        When the frame was taken, on the source's clock, s. Frames that are missing are a gap.
-    seen
-        Where the picture shows markers, (marker, space), px, x right and y down; NaN where lost.
-    now
-        Where they are as an upright camera without distortion shows them, and where displacement
-        counts from.
-    before
-        The same of the frame just before; None in the first, and after a gap.
-    step_s
-        How long ago that was, s.
-    grid
-        Places of the markers in a tactile image; None for layouts without.
-    ra2, ra2_time_s
-        What the microphone gave since the frame before: samples (n, channel), full scale 1, and
-        when each was taken, (n,), s on the video's clock.
-    late
-        Whether the frame came so late that it tells of the past.
-    quality
-        What was counted so far; see `Counters`.
-    events
-        In a sentence each: what happened since the frame before (sources that went and came, rest
-        that was set anew or not).
-    ra2, ra2_time_s
-        What the microphone gave since the frame before: samples (n, channel), full scale 1, and
-        when each was taken, (n,), s on the video's clock.
-    """
-
-    time_s: float
-    seen: Positions
-    now: Skin
-    before: Skin | None
-    step_s: float
-    grid: Grid | None
-    late: bool
-    quality: Counters
-    events: tuple[str, ...] = ()
-    ra2: Response = field(default_factory=lambda: NO_SOUND)
-    ra2_time_s: NDArray[np.float64] = field(default_factory=lambda: NO_TIMES)
-
-    @cached_property
-    def position(self) -> Response:
-        """Where the markers are, (marker, space), px; NaN where lost."""
-        return self.now.position.astype(np.float32)
-
-    @cached_property
-    def sa1(self) -> Response:
-        """SA-I of each marker (Eq. 1), (marker,), px (cells: grey levels); NaN where lost."""
-        return self.now.distance.astype(np.float32)
-
-    @cached_property
-    def ra1(self) -> Response:
-        """RA-I of each marker (Eq. 2), (marker,), that a frame; NaN where lost, and after a gap."""
-        if self.before is None:
-            return np.full(len(self.now.rest), np.nan, np.float32)
-        return np.asarray(np.abs(self.now.distance - self.before.distance), np.float32)
-
-    @cached_property
-    def speed(self) -> Response:
-        """How fast each marker moves, (marker,), px/s; NaN where lost, and after a gap.
-
-        Raises
-        ------
-        InputError
-            If these are cells, which don't move.
-        """
-        if self.now.grey is not None:
-            raise InputError(NO_DISPLACEMENT)
-        if self.before is None:
-            return np.full(len(self.now.rest), np.nan, np.float32)
-        way = np.hypot(*(self.now.position - self.before.position).T)
-        return np.asarray(way / self.step_s, np.float32)
-
-    @cached_property
-    def shear(self) -> Response:
-        """The six parts of the global shear (`channels.PARTS`), (6,), px; cells have none."""
-        rest = self.now.rest.astype(np.float32).astype(np.float64)
-        kept = Skin(self.position, rest, grey=self.now.grey)
-        return np.asarray(CHANNELS[dims.SHEAR].step(kept, None), np.float32)
-
-    @cached_property
-    def detected(self) -> NDArray[np.bool_]:
-        """Which markers were found, (marker,)."""
-        return np.isfinite(self.seen[:, 0])
-
-    @property
-    def lost(self) -> float:
-        """Share of the markers that were not found."""
-        return 1 - np.count_nonzero(self.detected) / len(self.detected)
-
-    @property
-    def touching(self) -> bool:
-        """Whether something touches the skin: more markers are off rest than tracking moves."""
-        return have_moved(self.now)
-
-    def image(self, name: str) -> Response:
-        """Return `sa1`, `ra1` or `speed` as a tactile image, (row, column); NaN where lost.
-
-        Raises
-        ------
-        InputError
-            If the name is none of these, or the sensor file does not say where markers stand.
-        """
-        if name not in (dims.SA1, dims.RA1, "speed"):
-            raise InputError(f"image: expected sa1, ra1 or speed, found {name!r}")
-        if self.grid is None:
-            raise InputError("image: expected a sensor file that says where the markers are")
-        images = images_of(getattr(self, name)[np.newaxis], self.grid.row, self.grid.column)
-        return np.asarray(images[0])
-
-
-# How frames follow each other.
+from afferents.store.recording import Frame
 
 MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
 DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
 STEPS, SUPPOSED = 101, 5
-"""Without a model the period is the median of so many steps from frame to frame: the average rate
-of a file that lost frames is too low. It begins as the source's, in so many steps."""
+"""Without a model the period is the median of this many steps from frame to frame: the average rate
+of a file that lost frames is too low. It begins as the source's, in this many steps."""
+REST_FRAMES = 10
+"""Frames without motion that displacement may count from anew."""
+AGAIN_S = 1.0
+"""Where no markers are found they are looked for this often, s."""
+FOUND = "found"
+"""Name of a sensor without a description, whose markers are found while they are at rest."""
+_FIRST = "the first pictures"
 
 
 class Cadence:
@@ -201,6 +80,42 @@ class Cadence:
         return periods
 
 
+def find_rest(
+    seen: Sequence[Positions], rest: NDArray[np.floating]
+) -> tuple[Positions | None, str]:
+    """Return where the skin is at rest, unless something moves in the frames that show it.
+
+    Parameters
+    ----------
+    seen
+        Of each frame: positions of the markers, (marker, space), px; NaN where lost.
+    rest
+        Where displacement counts from now, (marker, space), px.
+
+    Returns
+    -------
+    tuple
+        Where it counts from next: the median of the frames, and `rest` of markers that none of
+        them shows; None if something moves. And that it was set, or why not, in a sentence.
+    """
+    places = np.array(seen)
+    shown = np.isfinite(places[..., 0]).any(axis=0)
+    found = "no markers"
+    if shown.any():
+        still = np.nanmedian(places[:, shown], axis=0)
+        moved = np.nanmax(np.hypot(*np.moveaxis(places[:, shown] - still, 2, 0)), axis=0)
+        moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
+        if moved_px <= MOVED_PX:
+            anew = np.array(rest, np.float64)
+            anew[shown] = still
+            return anew, "rest was set: displacement counts from here"
+        found = f"markers that move by {moved_px:.1f} px"
+    return None, (
+        f"rest was not set: expected a skin that stands still for {len(seen)} frames, found "
+        f"{found}; let go, and set it again"
+    )
+
+
 class _Waiting(NamedTuple):
     """One of the first frames, until there are enough of them."""
 
@@ -227,14 +142,14 @@ class Follower:
     sensor
         As given, or as it was found; None until then.
     counters
-        What was counted so far. Who feeds it counts what else is to be counted.
+        What was counted so far; the caller adds what it counts itself.
     """
 
     def __init__(self, sensor: Sensor | None, rate_hz: float, is_known: bool = False) -> None:
         """Wait for the first frame, with the skin at rest."""
         self.sensor = sensor
         self.counters = Counters()
-        self._is_given = sensor is not None and sensor.name != NAME  # else a clip was looked at
+        self._is_given = sensor is not None and sensor.name != FOUND  # else a clip was looked at
         self._cadence = Cadence(rate_hz, is_known)
         self._again_s = math.nan
         self.begin()
@@ -243,29 +158,29 @@ class Follower:
         """Take the next frame for the first of a recording, with the skin at rest."""
         self._tracker: Tracker | Cells | None = None
         self._before: Skin | None = None
-        self._resting: NewRest | None = None
+        self._resting: list[Positions] | None = None
         self._first: list[_Waiting] = []
-        self._said: list[str] = []
+        self._events: list[str] = []
         self._n, self._follows, self._last_s = 0, True, math.nan
         self._cadence.last_s = None
 
     def skip(self) -> None:
-        """Begin anew: something is missing before the next frame, which has no RA-I."""
+        """Note that something is missing before the next frame, which then has no RA-I."""
         self._follows = False
 
-    def say(self, what: str) -> None:
-        """Let the next touch say in a sentence what has happened."""
-        self._said.append(what)
+    def note(self, what: str) -> None:
+        """Let the next touch report in a sentence what has happened."""
+        self._events.append(what)
 
     def set_rest(self) -> None:
-        """Let displacement count from where the next frames show the markers; see `NewRest`.
+        """Let displacement count from where the next frames show the markers; see `find_rest`.
 
         Cells begin anew: the next frames are their picture at rest.
         """
-        self._resting = NewRest()
+        self._resting = []
 
     def describe(self) -> str:
-        """Say in a sentence which sensor is followed, or that none is found."""
+        """Return in a sentence which sensor is followed, or that none is found."""
         sensor = self.sensor
         if sensor is None:
             return "No sensor file (--sensor): markers are looked for, with the skin at rest."
@@ -284,7 +199,7 @@ class Follower:
     def feed(
         self, picture: CameraFrame, late: bool = False
     ) -> Iterable[tuple[CameraFrame, Touch]] | None:
-        """Take in a frame; return what it says, beside it; None if it is torn, or comes twice.
+        """Take in a frame; return it with its touch; None if it is torn, or comes twice.
 
         Nothing comes before `N_FIRST` frames have shown where the skin is at rest; then all of
         these do, from the rest frame on. Take them all before the next frame.
@@ -292,7 +207,7 @@ class Follower:
         Parameters
         ----------
         late
-            Whether it came so late that it tells of the past.
+            Whether it came so late that it shows the past.
 
         Raises
         ------
@@ -302,7 +217,7 @@ class Follower:
         """
         if self._resting is not None and isinstance(self._tracker, Cells):
             self.begin()
-            self.say("rest was set: grey levels count from here")
+            self.note("rest was set: grey levels count from here")
         counted = self.counters
         counted.frames += 1
         if picture.torn:
@@ -319,7 +234,7 @@ class Follower:
         follows, self._follows = self._follows, True
         if self._tracker is not None:
             seen = self._tracker.step(picture.frame.luma)
-            return [(picture, self._felt(picture.time_s, seen, follows, late))]
+            return [(picture, self._make_touch(picture, follows, late, seen))]
         if 0 <= self._again_s - picture.time_s <= AGAIN_S:
             return []
         self._n += 1
@@ -330,14 +245,14 @@ class Follower:
         return self.finish() if len(self._first) == N_FIRST else []
 
     def finish(self) -> Iterable[tuple[CameraFrame, Touch]]:
-        """Find the markers in the first frames, be they fewer than `N_FIRST`; see `feed`."""
+        """Find the markers in the first frames, even if fewer than `N_FIRST`; see `feed`."""
         if not self._first:
             return []
         first, self._first = self._first, []
         frames = [waiting.picture.frame for waiting in first]
         try:
             if self.sensor is None:
-                self.sensor = found_in(_Clip(frames))
+                self.sensor = calibrate_from_clips(_Clip(frames), FOUND).sensor
             check_size(_FIRST, frames[0].luma.shape[::-1], self.sensor)
             n_stale = count_stale([frame.image for frame in frames], self.sensor)
             begun = start_at_rest(frames[n_stale:], _FIRST, self.sensor)
@@ -346,63 +261,40 @@ class Follower:
             if not self._is_given:  # the skin may have moved since it was found: look anew
                 self.sensor, self._again_s = None, frames[-1].time_s + AGAIN_S
             raise
-        self._tracker, self._grid = begun.tracker, begun.grid
-        self._rest = upright(begun.tracker.rest_position, self.sensor)
-        return self._follow_first(first[n_stale:], begun)
+        tracker = self._tracker = begun.tracker
+        self._grid = begun.grid
+        self._rest = upright(tracker.rest_position, self.sensor)
+        rest_frame, *later = first[n_stale:]
 
-    def _follow_first(
-        self, first: Sequence[_Waiting], begun: Begun
-    ) -> Iterator[tuple[CameraFrame, Touch]]:
-        """Yield what the rest frame says, and those after it that have waited."""
-        (picture, _, late), *later = first
-        seen = begun.tracker.at_rest(begun.present)
-        yield picture, self._felt(picture.time_s, seen, False, late)
-        for picture, follows, late in later:
-            seen = begun.tracker.step(picture.frame.luma)
-            yield picture, self._felt(picture.time_s, seen, follows, late)
+        def follow() -> Iterator[tuple[CameraFrame, Touch]]:
+            at_rest = rest_frame._replace(follows=False)
+            yield at_rest.picture, self._make_touch(*at_rest, tracker.at_rest(begun.present))
+            for waiting in later:
+                seen = tracker.step(waiting.picture.frame.luma)
+                yield waiting.picture, self._make_touch(*waiting, seen)
 
-    def _felt(self, time_s: float, seen: Tracked, follows: bool, late: bool) -> Touch:
-        """Return what a frame says.
+        return follow()
 
-        Parameters
-        ----------
-        follows
-            Whether the frame felt last is the one just before.
-        """
+    def _make_touch(self, picture: CameraFrame, follows: bool, late: bool, seen: Tracked) -> Touch:
+        """Return what a frame shows, given whether the touch before is of the frame just before."""
         assert self.sensor is not None
         now = Skin(upright(seen.position, self.sensor), self._rest, grey=seen.grey)
-        before = self._before if follows else None
-        step_s, self._last_s, self._before = time_s - self._last_s, time_s, now
-        resting = None if now.grey is not None else self._resting  # cells: see `feed`
-        if resting is not None and (done := resting.feed(now.position, now.rest)):
-            (rest, what), self._resting = done, None
-            self._said.append(what)
-            if rest is not None:
-                self._rest, before = rest, None
-                self._before = now = Skin(now.position, rest)
-        said, self._said = tuple(self._said), []
-        counted = Counters(**vars(self.counters))
-        return Touch(time_s, seen.position, now, before, step_s, self._grid, late, counted, said)
-
-
-# A sensor that nobody has described: its markers are found while they are at rest.
-
-AGAIN_S = 1.0
-"""Where there are no markers to be found they are looked for this often, s."""
-NAME = "found"
-"""Of a sensor that was found here."""
-_FIRST = "the first pictures"
-
-
-def found_in(clip: Video) -> Sensor:
-    """Return the sensor that a clip shows, which begins with the skin at rest.
-
-    Raises
-    ------
-    InputError
-        If it shows no markers.
-    """
-    return calibrate_from_clips(clip, NAME).sensor
+        before, step_s = self._before if follows else None, picture.time_s - self._last_s
+        self._before, self._last_s = now, picture.time_s
+        resting = self._resting  # which another thread may replace
+        if resting is not None and now.grey is None:  # cells: see `feed`
+            resting.append(np.asarray(now.position, np.float64))
+            if len(resting) == REST_FRAMES:
+                (rest, what), self._resting = find_rest(resting, now.rest), None
+                self._events.append(what)
+                if rest is not None:
+                    self._rest, before = rest, None
+                    self._before = now = Skin(now.position, rest)
+        events, self._events = tuple(self._events), []
+        counters = Counters(**vars(self.counters))
+        return Touch(
+            picture.time_s, seen.position, now, before, step_s, self._grid, late, counters, events
+        )
 
 
 class _Clip:

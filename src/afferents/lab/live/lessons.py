@@ -24,9 +24,10 @@ from afferents.extraction.extract import responses_of
 from afferents.files import PARTIAL_PREFIX, holds_only, naming, remove, write_json, write_text
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings
 from afferents.lab.live.events import CameraFrame
-from afferents.lab.live.images import Filled, Image
+from afferents.lab.live.follower import REST_FRAMES
 from afferents.lab.live.network import Outcome
-from afferents.lab.live.rest import REST_FRAMES
+from afferents.lab.live.reporters import ModelReporter
+from afferents.lab.live.touch import Filled, Response
 from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
@@ -42,7 +43,7 @@ from afferents.store.recording import GreyImage, as_label, require_distinct
 NAME = "lessons"
 """Of the model in predictions."""
 EDGE_S = 0.5
-"""So much of each end of a touch is not learnt from: the skin is pressed, or let go."""
+"""This part of each end of a touch is not learnt from: the skin is pressed, or let go."""
 LEAST = 9
 """Samples that a touch must give: a second of them, at 90 frames/s."""
 MOST_S = 60.0
@@ -55,14 +56,14 @@ _QUALITY = 95
 
 
 class TaughtNetwork:
-    """What was taught, asked as a `Network` is; it is its own card.
+    """What was taught, used as a `Network` is; it is its own card.
 
     Parameters
     ----------
     taught
         That recognises.
     sentences
-        What is to be known of it.
+        That describe it.
     """
 
     model, title, named_by_spacing, of_pixels = NAME, "What was taught", False, True
@@ -80,8 +81,8 @@ class TaughtNetwork:
         """Return in sentences what was taught, and how far it was tested."""
         return self._sentences
 
-    def predict(self, sample: Image) -> Outcome | None:
-        """Say what an image (component, row, column) and those before it are; see `Network`."""
+    def predict(self, sample: Response) -> Outcome | None:
+        """Return what an image (component, row, column) and those before it are; see `Network`."""
         run = self._stream.feed(sample)
         return None if run is None else Outcome(*self._taught.ask(run))
 
@@ -113,7 +114,7 @@ class _Lesson:
         self.begins_s = self.touched_s = begins_s
         self.period_s = 1 / fps_hz
         self.zero_s = begins_s - len(at_rest) * self.period_s
-        self.runs: list[tuple[float, float, Image]] = []
+        self.runs: list[tuple[float, float, Response]] = []
         """Start and end, s, and sample of each run of frames."""
         self._frames = SOURCE.encoding.stream(SOURCE.channel.lookback)
         self._since_s, self._n_off, self._rate_hz = math.nan, 0, sample_rate_hz
@@ -128,27 +129,27 @@ class _Lesson:
         _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
         self._video.write(jpeg.tobytes(), time_s - self.zero_s)
 
-    def add(self, picture: CameraFrame, felt: Filled) -> bool:
-        """Take in a frame; tell whether the touch goes on."""
+    def add(self, picture: CameraFrame, filled: Filled) -> bool:
+        """Take in a frame; return whether the touch goes on."""
         time_s = picture.time_s
         self._write(picture.frame.image, time_s)
-        self._n_off = 0 if felt.touch.touching else self._n_off + 1
+        self._n_off = 0 if filled.touch.touching else self._n_off + 1
         if not self._n_off:
             self.touched_s = time_s
-        if felt.touch.before is None:
+        if filled.touch.before is None:
             self._frames.skip()
             self._since_s = math.nan
         if time_s >= self.begins_s + EDGE_S:
             self._since_s = time_s if math.isnan(self._since_s) else self._since_s
-            image = felt.image(SOURCE.channel.name)
-            assert image is not None  # as `require_places` has said
+            image = filled.image(SOURCE.channel.name)
+            assert image is not None  # as `require_places` has checked
             if (run := self._frames.feed(image)) is not None:
                 self.runs.append((self._since_s, time_s + self.period_s, run))
                 self._frames.skip()  # the next run begins after it, as offline
                 self._since_s = math.nan
         return self._n_off < REST_FRAMES and time_s < self.begins_s + MOST_S
 
-    def hear(self, time_s: float, samples: Image) -> None:
+    def hear(self, time_s: float, samples: Response) -> None:
         """Take in sound, (n, 1), at its place; silence stands where some is missing."""
         if self._sound is None or self._rate_hz is None:
             return
@@ -185,8 +186,8 @@ class Lessons:
     ----------
     network
         Recognises what was taught so far.
-    said
-        What happened, in sentences; who tells them takes them away.
+    reporter
+        Reports what the network recognises, and what happened to lessons; None before one learns.
 
     Raises
     ------
@@ -207,11 +208,13 @@ class Lessons:
         self._folder, self._fps_hz, self._sample_rate_hz = folder, fps_hz, sample_rate_hz
         self._content: dict[str, Any] = {"made_by": _MADE_BY, "simulated": simulated}
         self._content |= {"sensor": SENSOR, "rest_frame": 0, "recordings": []}
+        self._partial = folder / f"{PARTIAL_PREFIX}lesson"
         self._samples: list[Samples] = []
-        self._asked: tuple[str, float | None] | None = None
+        self._requested: tuple[str, float | None] | None = None
         self._lesson: _Lesson | None = None
         self._at_rest, self._rest = deque[GreyImage](maxlen=N_FIRST), object()
-        self._ending, self._last, self.said = False, "", list[str]()
+        self._ending, self._last = False, ""
+        self.reporter: ModelReporter | None = None
         if folder.exists() and not holds_only()(folder):
             self._read(sensor)
         self._solve()
@@ -239,13 +242,10 @@ class Lessons:
             self._samples.append(samples.drop_vars((dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)))
 
     def _solve(self) -> None:
-        encoding = SOURCE.encoding
-        taught = solve_taught(concatenate(self._samples), encoding) if self._samples else Taught()
-        self.network = TaughtNetwork(taught, self._describe(taught))
-
-    def _describe(self, taught: Taught) -> list[str]:
-        """Say how long and how often each texture was taught, and what is not known."""
-        sentences, at_two = [], []
+        """Solve the classifier anew, and describe how long each texture was taught."""
+        taught, sentences, at_two = Taught(), [], []
+        if self._samples:
+            taught = solve_taught(concatenate(self._samples), SOURCE.encoding)
         for texture in taught.textures:
             its = [one for one in self._content["recordings"] if one["texture"] == texture]
             lasted_s = sum(stop - start for start, stop in (one["steady_s"] for one in its))
@@ -262,7 +262,9 @@ class Lessons:
                 "Nothing is known of other speeds: teach each at a second one and give both, or "
                 "record others and evaluate them."
             )
-        return sentences
+        self.network = TaughtNetwork(taught, sentences)
+        if self.reporter is not None:
+            self.reporter.use(self.network)
 
     def start(self, name: str, speed: float | str = "") -> None:
         """Let the touch that goes on, or the next, be a lesson.
@@ -290,13 +292,15 @@ class Lessons:
             speed_mm_s = math.nan
         if speed_mm_s is not None and not 0 < speed_mm_s < math.inf:
             raise InputError(f"the speed: expected a number of mm/s, found '{speed}'")
-        if self._asked is not None:
-            raise InputError(f"a lesson: expected an end of '{self._asked[0]}' first, found none")
+        if self._requested is not None:
+            raise InputError(
+                f"a lesson: expected an end of '{self._requested[0]}' first, found none"
+            )
         listed = self._content["recordings"]
         speeds = {one.get("speed_mm_s", speed_mm_s) for one in listed} | {speed_mm_s}
         named = {(f"{speed:g}", speed) for speed in speeds if speed is not None}
         require_distinct("a lesson", [name, *(one["texture"] for one in listed)], named)
-        self._ending, self._asked = False, (name, speed_mm_s)
+        self._ending, self._requested = False, (name, speed_mm_s)
 
     def stop(self) -> None:
         """Let the lesson end with the next frame.
@@ -306,40 +310,47 @@ class Lessons:
         InputError
             If none runs.
         """
-        if self._asked is None:
+        if self._requested is None:
             raise InputError("a lesson: expected one that runs, found none; begin one by a name")
         self._ending = True
 
     def state(self) -> dict[str, Any]:
         """Return what a page shows: the texture that is taught, and for how long it is touched."""
-        lesson, asked = self._lesson, self._asked
+        lesson, requested = self._lesson, self._requested
         lasts_s = round(lesson.touched_s - lesson.begins_s, 1) if lesson else None
         sentences = self.network.describe()
-        name = asked[0] if asked else None
+        name = requested[0] if requested else None
         return {"name": name, "lasts_s": lasts_s, "sentences": sentences, "last": self._last}
 
-    def take(self, picture: CameraFrame, felt: Filled, sensor: Sensor) -> None:
-        """Take in a frame, and what it says."""
-        touching, self._sensor = felt.touch.touching, sensor
-        if felt.touch.now.rest is not self._rest:
-            self._rest = felt.touch.now.rest
+    def take(self, picture: CameraFrame, filled: Filled, sensor: Sensor) -> None:
+        """Take in a frame, and what it shows."""
+        touching, self._sensor = filled.touch.touching, sensor
+        if filled.touch.now.rest is not self._rest:
+            self._rest = filled.touch.now.rest
             self._at_rest.clear()
         if self._lesson is None and not touching:
             self._at_rest.append(picture.frame.image.copy())  # a camera's memory is used again
-        if self._asked is None:
+        if self._requested is None:
             return
         try:
             with naming(self._partial):
                 if self._lesson is None and touching:
-                    self._begin(picture.time_s)
-                goes_on = self._lesson is None or self._lesson.add(picture, felt)
+                    if not self._at_rest:
+                        raise InputError(
+                            "expected frames at rest before it, found none; let go, and try again"
+                        )
+                    remove(self._partial)
+                    self._partial.mkdir(parents=True)
+                    rates = self._fps_hz, self._sample_rate_hz
+                    self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
+                goes_on = self._lesson is None or self._lesson.add(picture, filled)
         except (InputError, OSError) as error:
             self._forget(str(error))
             return
         if self._ending or not goes_on:
             self.end()
 
-    def hear(self, time_s: float, samples: Image) -> None:
+    def hear(self, time_s: float, samples: Response) -> None:
         """Take in sound, (n, channel), the first sample taken at a time on the video's clock, s."""
         if self._lesson is not None:
             try:
@@ -366,22 +377,10 @@ class Lessons:
         except (InputError, OSError) as error:
             self._forget(str(error))
 
-    @property
-    def _partial(self) -> Path:
-        return self._folder / f"{PARTIAL_PREFIX}lesson"
-
-    def _begin(self, time_s: float) -> None:
-        if not self._at_rest:
-            raise InputError("expected frames at rest before it, found none; let go, and try again")
-        remove(self._partial)
-        self._partial.mkdir(parents=True)
-        rates = self._fps_hz, self._sample_rate_hz
-        self._lesson = _Lesson(self._partial, self._at_rest, time_s, *rates)
-
     def _keep(self, lesson: _Lesson) -> None:
         """Let a lesson's files be a recording, and learn from it."""
-        assert self._asked is not None
-        name, speed_mm_s = self._asked
+        assert self._requested is not None
+        name, speed_mm_s = self._requested
         listed, n = self._content["recordings"], 1
         while (self._folder / name / f"touch-{n}").exists():
             n += 1
@@ -404,17 +403,17 @@ class Lessons:
         of_sample, times = SOURCE.encoding.sample_dims, (np.array(first), np.array(last))
         self._samples.append(make_samples(np.stack(runs), of_sample, *times, labels))
         self._solve()
-        self._asked, self._lesson, self._ending = None, None, False
         again = f", the touch of number {n}" if n > 1 else ""
-        self._tell(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
+        self._stand_by(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
 
     def _forget(self, why: str) -> None:
-        """Let a lesson be none, and say why."""
-        name = self._asked[0] if self._asked else ""
-        self._asked, self._lesson, self._ending = None, None, False
+        """Let a lesson be none, and report why."""
+        name = self._requested[0] if self._requested else ""
         remove(self._partial)
-        self._tell(f"'{name}' was not learnt: {why}")
+        self._stand_by(f"'{name}' was not learnt: {why}")
 
-    def _tell(self, what: str) -> None:
-        self._last = what
-        self.said.append(what)
+    def _stand_by(self, what: str) -> None:
+        """Wait for the next lesson, and report what became of the last."""
+        self._requested, self._lesson, self._ending, self._last = None, None, False, what
+        if self.reporter is not None:
+            self.reporter.note(what)

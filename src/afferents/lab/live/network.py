@@ -1,4 +1,4 @@
-"""A model as exported: one ONNX file that says what it needs, and classifies sample by sample."""
+"""A model as exported: one ONNX file, with a card of what it needs; it classifies samples."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from afferents.plugins import import_extra
 
 
 class Outcome(NamedTuple):
-    """What a network says of a sample.
+    """What a network makes of a sample.
 
     Attributes
     ----------
@@ -43,12 +43,32 @@ class Network:
     InputError
         If there is no such file, it is no ONNX file, has no card of ours, or inputs and outputs
         that the card does not go with.
+
+    Attributes
+    ----------
+    card
+        What it learnt from, and what it needs.
+    channel, encoding
+        That make its samples.
+    of_pixels
+        Whether it takes tactile images; else what single markers show.
     """
 
     def __init__(self, path: Path) -> None:
         """Read the file and its card."""
         self.path = path
-        self._session = _session(path)
+        onnxruntime: Any = import_extra("lab", str(path), "onnxruntime")
+        if not path.is_file():
+            there = "a folder" if path.is_dir() else "no such file"
+            hint = "run 'afferents export' on it first" if path.is_dir() else ""
+            raise InputError(f"{path}: expected a model's ONNX file, found {there}{then(hint)}")
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        with reading(path, "a model's ONNX file"):
+            self._session = onnxruntime.InferenceSession(
+                path.read_bytes(), options, ["CPUExecutionProvider"]
+            )
         text = self._session.get_modelmeta().custom_metadata_map.get(METADATA)
         if text is None:
             raise InputError(
@@ -56,35 +76,32 @@ class Network:
                 f"'{METADATA}', found one without; export the model again"
             )
         self.card: Card = parse_card(text, path)
-        self._check()
+        self._match_card()
         self.channel = channel_of(self.card.channel)
         self.encoding = read_encoding(self.card.encoding, path)
         self._stream: ImageStream | None = None
         if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does
             self._stream = self.encoding.stream(self.channel.lookback)
+        self.of_pixels = isinstance(self.encoding, ImageEncoding) and self.encoding.of_pixels
         self.skip()
 
-    def _check(self) -> None:
+    def _match_card(self) -> None:
+        """Refuse inputs and outputs that the card does not go with."""
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
         found = {o.name: tuple(o.shape) for o in self._session.get_outputs()}
         self._stepping = "past" in shapes
         inputs, outputs = tensor_names(self._stepping)
         self._input = inputs[0]
         shape = (1, *(self.card.shape[1:] if self._stepping else self.card.shape))
-        says = (1, len(self.card.textures))
+        given = (1, len(self.card.textures))
         alike = set(shapes) == set(inputs) and set(found) == set(outputs)
-        if not alike or (shapes[self._input], found[outputs[0]]) != (shape, says):
+        if not alike or (shapes[self._input], found[outputs[0]]) != (shape, given):
             raise InputError(
                 f"{self.path}: expected the input {self._input} {shape} and the outputs "
-                f"{', '.join(sorted(outputs))}, {outputs[0]} {says}, as its card says, found "
+                f"{', '.join(sorted(outputs))}, {outputs[0]} {given}, as its card says, found "
                 f"{shapes} and {found}; export the model again"
             )
         self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None
-
-    @property
-    def of_pixels(self) -> bool:
-        """Whether it takes tactile images; else what single markers show."""
-        return isinstance(self.encoding, ImageEncoding) and self.encoding.of_pixels
 
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""
@@ -93,7 +110,7 @@ class Network:
             self._stream.skip()
 
     def predict(self, sample: NDArray[np.float32]) -> Outcome | None:
-        """Say what a sample is; None until a run of images is full.
+        """Return what a sample is; None until a run of images is full.
 
         Parameters
         ----------
@@ -116,16 +133,3 @@ class Network:
         if self._stepping and self._n < self.card.shape[0]:
             return None
         return Outcome(outputs[0][0], float(outputs[1][0]))
-
-
-def _session(path: Path) -> Any:
-    onnxruntime: Any = import_extra("lab", str(path), "onnxruntime")
-    if not path.is_file():
-        there = "a folder" if path.is_dir() else "no such file"
-        hint = "run 'afferents export' on it first" if path.is_dir() else ""
-        raise InputError(f"{path}: expected a model's ONNX file, found {there}{then(hint)}")
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 4
-    with reading(path, "a model's ONNX file"):
-        return onnxruntime.InferenceSession(path.read_bytes(), options, ["CPUExecutionProvider"])

@@ -3,16 +3,14 @@
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from types import ModuleType
 from typing import Any
 
 from afferents.errors import InputError
-from afferents.lab.live.control import set_rest_when_asked
-from afferents.lab.live.events import Begin, Source, let_go
-from afferents.lab.live.pipeline import LivePipeline
+from afferents.lab.live.control import set_rest_on_request
+from afferents.lab.live.events import Begin, Source, close_afterwards
+from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.replay import Played
-from afferents.lab.live.stream import check_sources, run
 from afferents.lab.live.terminal import show
 from afferents.plugins import import_extra
 
@@ -29,14 +27,14 @@ def publish(
     """Pass predictions on, and give them out by LSL.
 
     Two outlets a model: its probabilities, one channel a texture (NaN where nothing fresh is
-    known), and every prediction as JSON. Where one looks without a model, there is only the latter.
+    known), and every prediction as JSON. Without a model there is only the latter.
 
     Parameters
     ----------
     predictions
         Passed on.
     textures
-        Of each model, by the name in its predictions; none where one only looks.
+        Of each model, by the name in its predictions; none without a model.
 
     Raises
     ------
@@ -44,16 +42,25 @@ def publish(
         If pylsl or the LSL library is missing.
     """
     pylsl = import_extra("lsl", "--lsl", "pylsl")
-    words = {name: pylsl.StreamOutlet(_words(pylsl, name)) for name in textures}
-    given: dict[str, tuple[str, ...]] = {}
     numbers: dict[str, Any] = {}
+    given: dict[str, tuple[str, ...]] = {}
 
     def open_numbers(name: str, several: Sequence[str]) -> None:
-        if several and given.get(name) != tuple(several):  # more may be taught
-            given[name] = tuple(several)
-            numbers[name] = pylsl.StreamOutlet(_numbers(pylsl, name, several))
+        if not several or given.get(name) == tuple(several):
+            return
+        given[name] = tuple(several)  # more may be taught later
+        described = pylsl.StreamInfo(
+            f"{PROBABILITIES} {name}", "Touch", len(several), 0, "float32", f"afferents-{name}"
+        )
+        channels = described.desc().append_child("channels")
+        for texture in several:
+            channels.append_child("channel").append_child_value("label", texture)
+        numbers[name] = pylsl.StreamOutlet(described)
 
+    messages = {}
     for name, several in textures.items():
+        described = f"{MESSAGES} {name}", "Markers", 1, 0, "string", f"afferents-{name}-json"
+        messages[name] = pylsl.StreamOutlet(pylsl.StreamInfo(*described))
         open_numbers(name, several)
     nothing = float("nan")
     for prediction in predictions:
@@ -61,25 +68,8 @@ def publish(
         if outlet := numbers.get(prediction.model):
             known = prediction.probabilities
             outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
-        words[prediction.model].push_sample([json.dumps(prediction.to_dict())])
+        messages[prediction.model].push_sample([json.dumps(prediction.to_dict())])
         yield prediction
-
-
-def _numbers(pylsl: ModuleType, name: str, textures: Sequence[str]) -> Any:
-    """Describe a stream of probabilities."""
-    stream = pylsl.StreamInfo(
-        f"{PROBABILITIES} {name}", "Touch", len(textures), 0, "float32", f"afferents-{name}"
-    )
-    channels = stream.desc().append_child("channels")
-    for texture in textures:
-        channels.append_child("channel").append_child_value("label", texture)
-    return stream
-
-
-def _words(pylsl: ModuleType, name: str) -> Any:
-    """Describe a stream of predictions."""
-    source = f"afferents-{name}-json"
-    return pylsl.StreamInfo(f"{MESSAGES} {name}", "Markers", 1, 0, "string", source)
 
 
 Address = tuple[str, int, str | None]
@@ -100,7 +90,7 @@ def give_out(
     Parameters
     ----------
     sources, pipeline
-        As for `stream.run`.
+        As for `pipeline.run`.
     web
         Where a page is served; None for the terminal.
     lsl
@@ -108,68 +98,55 @@ def give_out(
     as_json
         Whether predictions are printed as JSON lines.
     control
-        Whether lines on standard input set rest and teach; see `set_rest_when_asked`.
+        Whether lines on standard input set rest and teach; see `set_rest_on_request`.
     greeting
-        What the page is told at first: ``name`` of the fingertip, and ``beside``, the ports of the
+        What the page is sent at first: ``name`` of the fingertip, and ``beside``, the ports of the
         pages of all, by name.
 
     Raises
     ------
     InputError
-        As `stream.run`; if packages are missing, or the page can't be served there; without a
-        page, if the sources end and nothing was ever known, as of another sensor's clip.
+        As `pipeline.run`; if packages are missing, or the page can't be served there; without a
+        page, if the sources end and nothing was ever known, as with another sensor's clip.
     """
-    with let_go(sources), set_rest_when_asked(pipeline.set_rest, control, pipeline.lessons):
+    is_fresh, trouble = False, SHORT
+
+    def give() -> Iterator[Prediction]:
+        """Run the pipeline; what it predicts goes out as it passes."""
+        nonlocal is_fresh, trouble
+        predictions = run(sources, pipeline)
+        if lsl:
+            textures = {reporter.name: reporter.textures for _, reporter in pipeline.reporters}
+            predictions = publish(predictions, textures)
+        for prediction in predictions:
+            is_fresh = is_fresh or prediction.fresh
+            trouble = [trouble, *prediction.troubles][-1]
+            if as_json:
+                sys.stdout.write(json.dumps(prediction.to_dict()) + "\n")
+                sys.stdout.flush()
+            yield prediction
+
+    def give_again() -> Iterator[Prediction]:
+        for source in recorded:
+            source.rewind()
+        for channel, stream in pipeline.by_channel.items():
+            stream.begin(Begin(channel, 0.0))
+        return give()
+
+    recorded = [source for source in sources if isinstance(source, Played)]
+    listening = set_rest_on_request(pipeline.set_rest, control, pipeline.lessons)
+    with close_afterwards(sources), listening:
         check_sources(sources, pipeline)  # before anything is opened for the predictions
-        predictions = _predictions(sources, pipeline, lsl, as_json)
         if web is not None:
             from afferents.lab.live.web.server import serve
 
-            def again() -> Iterator[Prediction]:
-                for source in recorded:
-                    source.rewind()
-                for channel, stream in pipeline.by_channel.items():
-                    stream.begin(Begin(channel, 0.0))
-                return _predictions(sources, pipeline, lsl, as_json)
-
-            recorded = [source for source in sources if isinstance(source, Played)]
             pipeline.show_spikes()
-            repeat = again if len(recorded) == len(sources) else None
-            serve(predictions, pipeline, *web, repeat, greeting or {})
+            again = give_again if len(recorded) == len(sources) else None
+            serve(give(), pipeline, *web, again, greeting or {})
+        elif as_json:
+            for _ in give():
+                pass
         else:
-            predictions = _require_any(predictions)
-            if as_json:
-                for _ in predictions:
-                    pass
-            else:
-                show(predictions, pipeline)
-
-
-def _predictions(
-    sources: Sequence[Source], pipeline: LivePipeline, lsl: bool, as_json: bool
-) -> Iterator[Prediction]:
-    """Run the pipeline; what it predicts goes out as it passes."""
-    predictions = run(sources, pipeline)
-    if lsl:
-        textures = {reporter.name: reporter.textures for _, reporter in pipeline.reporters}
-        predictions = publish(predictions, textures)
-    return _print(predictions) if as_json else predictions
-
-
-def _require_any(predictions: Iterator[Prediction]) -> Iterator[Prediction]:
-    """Pass predictions on; at their end, raise what kept all of them from being fresh."""
-    fresh, trouble = False, SHORT
-    for prediction in predictions:
-        fresh = fresh or prediction.fresh
-        trouble = [trouble, *prediction.troubles][-1]
-        yield prediction
-    if not fresh:
-        raise InputError(trouble)
-
-
-def _print(predictions: Iterator[Prediction]) -> Iterator[Prediction]:
-    """Print predictions as they pass, one JSON object a line."""
-    for prediction in predictions:
-        sys.stdout.write(json.dumps(prediction.to_dict()) + "\n")
-        sys.stdout.flush()
-        yield prediction
+            show(give(), pipeline)
+        if web is None and not is_fresh:
+            raise InputError(trouble)

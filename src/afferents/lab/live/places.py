@@ -15,8 +15,8 @@ from afferents import dims
 from afferents.channels import PARTS
 from afferents.errors import InputError, reason_of
 from afferents.files import free_bytes, require_free
-from afferents.lab.live.follower import Touch
-from afferents.lab.live.signals import Content, Place, rounded
+from afferents.lab.live.signals import Content, Place, round_values
+from afferents.lab.live.touch import Touch
 from afferents.plugins import import_extra
 from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore
 from afferents.version import __version__
@@ -34,7 +34,7 @@ _DIMS = {
 """Of arrays that are not one number a marker."""
 
 
-def places_in(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
+def prepare_places(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
     """Return what opens the places that a user names; nothing is written yet.
 
     Parameters
@@ -47,7 +47,7 @@ def places_in(given: Sequence[str], read: Iterable[str | None]) -> list[Place]:
     Raises
     ------
     InputError
-        If a place is none of these or stands there twice, a file is not free, or the packages that
+        If a place is none of these or is given twice, a file is not free, or the packages that
         it needs are missing.
     """
     sources = [Path(one.removeprefix("replay:")) for one in read if one is not None]
@@ -97,7 +97,7 @@ class JsonLines:
 
     def write(self, touch: Touch, status: Content) -> None:
         """Write a line."""
-        self._append(status | {name: rounded(getattr(touch, name)) for name in self._names})
+        self._append(status | {name: round_values(getattr(touch, name)) for name in self._names})
 
     def close(self) -> None:
         """Close the file."""
@@ -193,7 +193,7 @@ class McapFile:
         self._bag = Bag(_unfinished(path) / path.stem, types, {"version": __version__})
         with self._writing():
             self._bag.writer.open()
-            self._put(first.time_s, ABOUT, self._text_of(header))
+            self._put_text(first.time_s, ABOUT, header)
 
     def write(self, touch: Touch, status: Content) -> None:
         """Write the status, and a message of each signal."""
@@ -204,7 +204,7 @@ class McapFile:
                     f"found {free // 1_000_000}; the file is whole up to {touch.time_s:.2f} s, "
                     "make room for more"
                 )
-            self._put(touch.time_s, STATUS, self._text_of(status))
+            self._put_text(touch.time_s, STATUS, status)
             for name in self._names:
                 if (values := getattr(touch, name)).size:
                     at_s = touch.ra2_time_s[0] if name == dims.RA2 else touch.time_s
@@ -226,12 +226,13 @@ class McapFile:
     def _put(self, at_s: float, topic: str, message: Message) -> None:
         self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
 
-    def _text_of(self, content: Content) -> Message:
-        return self._make.make(TEXT, data=to_json(content, inf_nan_mode="null").decode())
+    def _put_text(self, at_s: float, topic: str, content: Content) -> None:
+        text = to_json(content, inf_nan_mode="null").decode()
+        self._put(at_s, topic, self._make.make(TEXT, data=text))
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Say in a sentence what the system fails at; nothing can be written after that."""
+        """Name in a sentence what the system fails at; nothing can be written after that."""
         try:
             yield
         except OSError as error:

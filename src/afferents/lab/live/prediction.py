@@ -1,4 +1,4 @@
-"""A prediction: one message a sample, with everything that says how far to trust it."""
+"""A prediction: one message a sample, with everything that shows how far to trust it."""
 
 import math
 import time
@@ -18,11 +18,11 @@ class Counters:
     frames, samples
         Taken in.
     dropped, lost_samples
-        Missing, as the clocks tell.
+        Missing, as the clocks show.
     doubled, torn, late
-        Frames that came twice, came in part, or came so late that they tell of the past.
+        Frames that came twice, came in part, or came so late that they show the past.
     troubles
-        Everything that sources said.
+        Everything that sources reported.
     """
 
     frames: int = 0
@@ -37,12 +37,12 @@ class Counters:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a model recognises at one time, or what is seen and heard without one.
+    """What a model recognises at one time, or what comes in without one.
 
     Attributes
     ----------
     model
-        Its model, such as ``ra-ste``; ``camera`` or ``microphone`` where one looks without a model.
+        Its model, such as ``ra-ste``; ``camera`` or ``microphone`` where there is none.
     state
         ``texture``; ``unknown`` where nothing that was learnt fits; ``untouched`` while all markers
         lie where they were at rest, so that a touch is yet to begin; ``looking`` without a model;
@@ -69,7 +69,7 @@ class Prediction:
     quality
         How good what comes in is, over the last second, by name; see `live.quality`.
     troubles
-        What sources said since the model's last prediction.
+        What sources reported since the model's last prediction.
     truth
         What is touched, where the source knows.
     """
@@ -99,12 +99,12 @@ class Prediction:
         return {**asdict(self), "fresh": self.fresh}
 
 
-TOLD_S = 1.0
-"""What a source said is shown for so long: frames that follow it say nothing."""
+SHOWN_S = 1.0
+"""Troubles are shown for this time: predictions of frames that follow hold none."""
 
 
 class Newest:
-    """The newest prediction of each name, with what was said in the last second.
+    """The newest prediction of each name, with its troubles of the last second.
 
     Attributes
     ----------
@@ -115,14 +115,14 @@ class Newest:
     def __init__(self) -> None:
         """Nothing has come yet."""
         self.predictions: dict[str, tuple[Prediction, float]] = {}
-        self._told: dict[str, tuple[tuple[str, ...], float]] = {}
+        self._troubles: dict[str, tuple[tuple[str, ...], float]] = {}
 
     def take(self, prediction: Prediction) -> None:
         """Keep a prediction until the next of its name."""
         name, now_s = prediction.model, time.monotonic()
         if prediction.troubles:
-            self._told[name] = prediction.troubles, now_s
-        troubles, told_s = self._told.get(name, ((), -math.inf))
-        if now_s - told_s < TOLD_S:
+            self._troubles[name] = prediction.troubles, now_s
+        troubles, reported_s = self._troubles.get(name, ((), -math.inf))
+        if now_s - reported_s < SHOWN_S:
             prediction = replace(prediction, troubles=troubles)
         self.predictions[name] = prediction, now_s

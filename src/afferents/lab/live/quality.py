@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.dims import SA1
 from afferents.lab.live.events import CameraFrame, Sound
-from afferents.lab.live.images import Filled
-from afferents.lab.live.rest import MOVED_PX, MOVED_SHARE
+from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Filled
 from afferents.markers.detect import spacing_px, without_shine
 from afferents.markers.sensor import Sensor
 from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
@@ -22,11 +21,21 @@ from afferents.quality.sound import measure_level
 EVERY_S = 0.5
 """Figures are worked out anew this often, s of the source's time."""
 SPAN_S = 1.0
-"""They are of so many seconds."""
+"""They are of this many seconds."""
+SLOW = 0.9
+"""A frame rate below this share of the source's is reported;"""
+MANY_LOST = 0.05
+"""so is a larger share of markers lost."""
+REPEATS = 180
+"""Frames in a row that are looked at for repeats."""
+STILL_S, STILL_PX = 3.0, 0.1
+"""Markers whose distance from rest stays the same, within this, for this time stand still;"""
+MOST_OFF_PX = 1.5
+"""and where they are no farther off, rest may have moved: a touch moves some of them more."""
 
 
 class Figure(NamedTuple):
-    """One of them in words; `issue` says what is wrong, in a sentence, where something is."""
+    """One of them in words; `issue` is a sentence on what is wrong, where something is."""
 
     name: str
     value: str
@@ -39,7 +48,7 @@ class Quality(ABC):
     Parameters
     ----------
     rate_hz
-        Frames or samples a second that the source says it gives.
+        Frames or samples a second that the source states.
 
     Attributes
     ----------
@@ -62,16 +71,13 @@ class Quality(ABC):
         """Return them in words, for people."""
 
     def _is_due(self, time_s: float) -> bool:
-        """Tell whether figures are to be worked out; not at once, where there is no second yet."""
+        """Return whether figures are due; not at once, where there is no second yet."""
         if self._due_s is None or abs(time_s - self._due_s) > 2 * EVERY_S:  # it begins, or jumped
             self._due_s = time_s + EVERY_S
         if time_s < self._due_s:
             return False
         self._due_s += EVERY_S
         return True
-
-
-# How good a microphone's sound is: its level, and whether it is clipped or silent.
 
 
 class AudioQuality(Quality):
@@ -96,33 +102,18 @@ class AudioQuality(Quality):
         """Return them in words, for people."""
         if not (numbers := self.numbers):  # another thread may replace it
             return []
-        peak, rms, clipped = (numbers[name] for name in ("peak", "rms", "clipped"))
+        peak, clipped = numbers["peak"], numbers["clipped"]
         silent = "It is silent: look at the microphone and its cable." if peak == 0 else ""
         loud = "Samples are clipped: lower the gain." if clipped > 0 else ""
+        rms, loudest = (
+            f"{20 * math.log10(share):.0f} dBFS" if share > 0 else "silent"
+            for share in (numbers["rms"], peak)
+        )
         return [
-            Figure("sound level", _decibels(rms), silent),
-            Figure("loudest", _decibels(peak)),
+            Figure("sound level", rms, silent),
+            Figure("loudest", loudest),
             Figure("clipped", f"{100 * clipped:.3g}% of samples", loud),
         ]
-
-
-def _decibels(share: float) -> str:
-    """Return a share of full scale in dB."""
-    return f"{20 * math.log10(share):.0f} dBFS" if share > 0 else "silent"
-
-
-# How good a camera's pictures are: rate, markers lost, frames that repeat, light and focus.
-
-SLOW = 0.9
-"""A frame rate below this share of what the source says is named;"""
-MANY_LOST = 0.05
-"""so is a larger share of markers lost."""
-REPEATS = 180
-"""Frames in a row that are looked at for repeats."""
-STILL_S, STILL_PX = 3.0, 0.1
-"""Markers that stay as far from rest as they are, within this, for so long stand still;"""
-MOST_OFF_PX = 1.5
-"""and where they are no farther off, rest may have moved: a touch moves some of them more."""
 
 
 class VideoQuality(Quality):
@@ -170,6 +161,7 @@ class VideoQuality(Quality):
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 
     def _measure(self) -> dict[str, float]:
+        """Return the numbers; NaN for those that are not known."""
         span_s = self._seen[-1][0] - self._seen[0][0]
         numbers = {"fps_hz": (len(self._seen) - 1) / span_s if span_s > 0 else math.nan}
         detected = [found for _, found in self._seen if found is not None]
@@ -190,57 +182,43 @@ class VideoQuality(Quality):
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
-        said = [*self._rate(), *self._markers(), *self._rest(), *self._repeats()]
-        light = self._light
-        return said + ([] if light is None else _describe_light(light))
+        numbers, light, figures = self.numbers, self._light, list[Figure]()
 
-    def _rate(self) -> list[Figure]:
-        if (rate_hz := self.numbers.get("fps_hz")) is None:
-            return []
-        slow = rate_hz < SLOW * self._rate_hz
-        issue = f"Frames come more slowly than the {self._rate_hz:g} a second that were expected."
-        return [Figure("frame rate", f"{rate_hz:.1f} frames/s", issue if slow else "")]
+        def add(name: str, value: str, is_wrong: bool, issue: str) -> None:
+            figures.append(Figure(name, value, issue if is_wrong else ""))
 
-    def _markers(self) -> list[Figure]:
-        numbers = self.numbers
-        if "lost" not in numbers:
-            return []
-        n, gone, lost = int(numbers["n_markers"]), int(numbers["n_lost"]), numbers["lost"]
-        issue = (
-            f"Markers lost for more than half of the last second: {gone} of {n} (hidden, cut by "
-            "the rim, or no markers)."
-        )
-        return [
-            Figure("markers", f"{n - gone} of {n}"),
-            Figure("lost", f"{lost:.1%} of positions", issue if lost > MANY_LOST else ""),
-        ]
-
-    def _rest(self) -> list[Figure]:
-        if (off_px := self.numbers.get("rest_off_px")) is None:
-            return []
-        issue = (
-            f"Markers stand still {off_px:.1f} px off rest: if nothing touches the skin, set rest "
-            "again (z)."
-        )
-        return [Figure("off rest", f"{off_px:.1f} px", issue)]
-
-    def _repeats(self) -> list[Figure]:
-        if (share := self.numbers.get("repeated")) is None:
-            return []
-        issue = (
-            "Frames seem to repeat the one before: RA-I is near 0 there, and too large in the next."
-        )
-        return [Figure("repeated frames", f"{share:.0%}", issue if share > MANY_REPEATED else "")]
-
-
-def _describe_light(light: ImageQuality) -> list[Figure]:
-    """Return light and focus in words."""
-    issues = find_light_issues(light)
-    grey = f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}"
-    figures = [
-        Figure("grey levels", grey, issues.get("faint", "")),
-        Figure("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", "")),
-    ]
-    if math.isfinite(light.edge_px):
-        figures.append(Figure("edges", f"{light.edge_px:.1f} px wide", issues.get("blurred", "")))
-    return figures
+        if (rate_hz := numbers.get("fps_hz")) is not None:
+            expected = f"the {self._rate_hz:g} a second that were expected."
+            slow = f"Frames come more slowly than {expected}"
+            add("frame rate", f"{rate_hz:.1f} frames/s", rate_hz < SLOW * self._rate_hz, slow)
+        if (lost := numbers.get("lost")) is not None:
+            n, gone = int(numbers["n_markers"]), int(numbers["n_lost"])
+            many = (
+                f"Markers lost for more than half of the last second: {gone} of {n} (hidden, cut "
+                "by the rim, or no markers)."
+            )
+            figures.append(Figure("markers", f"{n - gone} of {n}"))
+            add("lost", f"{lost:.1%} of positions", lost > MANY_LOST, many)
+        if (off_px := numbers.get("rest_off_px")) is not None:
+            off = (
+                f"Markers stand still {off_px:.1f} px off rest: if nothing touches the skin, set "
+                "rest again (z)."
+            )
+            add("off rest", f"{off_px:.1f} px", True, off)
+        if (share := numbers.get("repeated")) is not None:
+            repeated = (
+                "Frames seem to repeat the one before: RA-I is near 0 there, and too large in the "
+                "next."
+            )
+            add("repeated frames", f"{share:.0%}", share > MANY_REPEATED, repeated)
+        if light is not None:
+            issues = find_light_issues(light)
+            grey = f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}"
+            figures += [
+                Figure("grey levels", grey, issues.get("faint", "")),
+                Figure("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", "")),
+            ]
+            if math.isfinite(light.edge_px):
+                width = f"{light.edge_px:.1f} px wide"
+                figures.append(Figure("edges", width, issues.get("blurred", "")))
+        return figures

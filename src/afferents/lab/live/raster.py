@@ -1,13 +1,14 @@
-"""Which units fired in the last second, as frames and sound come: spikes beside the responses."""
+"""Which units fired in the last second, as frames and sound come: spikes with the responses."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.lab.live.images import Filled
+from afferents.lab.live.touch import Filled
 from afferents.spikes.afferents import afferent_classes, can_hold
 from afferents.spikes.stream import MarkerUnits, VibrationUnits
 from afferents.spikes.units import UNIT_MODELS, Fired
@@ -15,7 +16,7 @@ from afferents.spikes.units import UNIT_MODELS, Fired
 SPAN_S = 1.0
 """Spikes older than that are forgotten."""
 SHOWN = 30
-"""About so many units of a class are simulated, evenly among the markers."""
+"""About this many units of a class are simulated, evenly among the markers."""
 _MODEL = UNIT_MODELS["izhikevich"]
 
 
@@ -48,38 +49,28 @@ class Trains(NamedTuple):
         }
 
 
+@dataclass
 class _Class:
-    """Units of a class, and what they fired in the last second.
+    """Units of a class, and what they fired in the last second: until when, at which times, which.
 
     That is replaced whole, so that another thread may read it.
     """
 
-    def __init__(self, units: MarkerUnits | VibrationUnits, numbers: Iterable[int]) -> None:
-        self.units = units
-        self._name = units.afferent.name
-        self._names = [f"{self._name}-{number}" for number in numbers]
-        self._recent = 0.0, np.empty(0), np.empty(0, np.int64)
-
-    def take(self, new: Fired, now_s: float) -> None:
-        _, time_s, unit = self._recent
-        time_s = np.concatenate([time_s, new.time_s])
-        unit = np.concatenate([unit, new.unit])
-        kept = time_s > now_s - SPAN_S
-        self._recent = now_s, time_s[kept], unit[kept]
-
-    def trains(self) -> Trains:
-        now_s, time_s, unit = self._recent
-        ages = [now_s - time_s[unit == i] for i in range(len(self._names))]
-        return Trains(self._name, self._names, ages)
+    units: MarkerUnits | VibrationUnits
+    names: list[str]
+    recent: tuple[float, NDArray[np.float64], NDArray[np.int64]]
 
 
 class Raster:
-    """The last second of the units that one sense drives; of none, where nobody asked."""
+    """The last second of the units that one sense drives; of none before spikes are shown."""
 
-    _classes: Sequence[_Class] = ()
+    def __init__(self) -> None:
+        """Wait for what comes."""
+        self._classes: list[_Class] = []
 
     def begin(self) -> None:
         """Forget all."""
+        self._classes = []
 
     def skip(self) -> None:
         """Let units begin anew."""
@@ -91,61 +82,52 @@ class Raster:
 
     def trains(self) -> list[Trains]:
         """Return the last second of each class."""
-        return [one.trains() for one in self._classes]
+        found = []
+        for one in self._classes:
+            now_s, time_s, unit = one.recent
+            ages_s = [now_s - time_s[unit == i] for i in range(len(one.names))]
+            found.append(Trains(one.units.afferent.name, one.names, ages_s))
+        return found
+
+    def _add(self, units: MarkerUnits | VibrationUnits, numbers: Iterable[int]) -> None:
+        names = [f"{units.afferent.name}-{number}" for number in numbers]
+        self._classes.append(_Class(units, names, (0.0, np.empty(0), np.empty(0, np.int64))))
+
+    def _keep(self, one: _Class, fired: Fired, now_s: float) -> None:
+        """Keep what units fired until now, without what is older than a second."""
+        time_s, unit = (np.concatenate(pair) for pair in zip(one.recent[1:], fired, strict=True))
+        is_recent = time_s > now_s - SPAN_S
+        one.recent = now_s, time_s[is_recent], unit[is_recent]
 
 
 class MarkerRaster(Raster):
     """Some of the SA and RA units that `artificial_spikes` drives by SA-I and RA-I."""
 
-    def __init__(self) -> None:
-        """Wait for the first frame."""
-        _compile()
-        self.begin()
+    _n_markers = 0
 
-    def begin(self) -> None:
-        """Forget all."""
-        self._classes, self._n_markers = (), 0
-        self.skip()
-
-    def skip(self) -> None:
-        """Let units begin anew."""
-        self._lost_before: NDArray[np.bool_] | None = None
-        super().skip()
-
-    def take(self, time_s: float, felt: Filled) -> None:
-        """Drive them with a frame."""
-        if felt.touch.now.grey is not None:  # units are driven by px
+    def take(self, time_s: float, filled: Filled) -> None:
+        """Drive them with a frame; they begin anew where none came just before."""
+        touch = filled.touch
+        if touch.now.grey is not None:  # units are driven by px
             return
-        lost = ~felt.touch.detected
-        if len(lost) != self._n_markers:
-            self._n_markers = len(lost)
-            self._classes = _of_markers(len(lost))
-        before = lost if self._lost_before is None else self._lost_before
-        self._lost_before = lost
+        lost = ~touch.detected
+        if not self._classes or len(lost) != self._n_markers:
+            self._classes, self._n_markers = [], len(lost)
+            every = max(1, round(len(lost) / SHOWN))
+            for afferent in (afferent_classes()[name] for name in ("SA", "RA")):
+                units = MarkerUnits(afferent, _MODEL, every=every)
+                self._add(units, range(0, len(lost), every))
+        if touch.before is None:
+            self.skip()
+        before = lost if touch.before is None else np.isnan(touch.before.position[:, 0])
         # what lost markers last showed is held here, and drives nothing offline
         missing = {dims.SA1: lost, dims.RA1: lost | before}
         for one in self._classes:
             variable = one.units.afferent.variable
             response = np.full(len(lost), np.nan, np.float32)
-            if variable in felt.markers:
-                response = np.where(missing[variable], np.nan, felt.markers[variable][0])
-            one.take(one.units.feed(time_s, response), time_s)
-
-
-def _compile() -> None:
-    """Let nothing that comes wait until the model is compiled."""
-    units = MarkerUnits(afferent_classes()["SA"], _MODEL)
-    for time_s in (0.0, 0.01):
-        units.feed(time_s, np.zeros(1, np.float32))
-
-
-def _of_markers(n_markers: int) -> list[_Class]:
-    every = max(1, round(n_markers / SHOWN))
-    numbers = range(0, n_markers, every)
-    classes = afferent_classes()
-    return [
-        _Class(MarkerUnits(classes[name], _MODEL, every=every), numbers) for name in ("SA", "RA")
-    ]
+            if variable in filled.markers:
+                response = np.where(missing[variable], np.nan, filled.markers[variable][0])
+            self._keep(one, one.units.feed(time_s, response), time_s)
 
 
 class VibrationRaster(Raster):
@@ -159,19 +141,26 @@ class VibrationRaster(Raster):
 
     def __init__(self, rate_hz: float) -> None:
         """Wait for sound."""
-        _compile()
         self._rate_hz = rate_hz
         self.begin()
 
     def begin(self) -> None:
         """Forget all."""
+        super().begin()
         afferent = afferent_classes()["PC"]
         if any(can_hold(afferent.bands_hz, self._rate_hz)):
             units = VibrationUnits(afferent, _MODEL, self._rate_hz)
-            self._classes = [_Class(units, range(len(afferent.bands_hz)))]
+            self._add(units, range(len(afferent.bands_hz)))
 
     def take(self, time_s: float, samples: NDArray[np.floating]) -> None:
         """Drive them with samples, `(n, channel)`, the first of them taken at `time_s`."""
         for one in self._classes:
             fired = one.units.feed(time_s, samples[:, 0])
-            one.take(fired, time_s + len(samples) / self._rate_hz)
+            self._keep(one, fired, time_s + len(samples) / self._rate_hz)
+
+
+def compile_units() -> None:
+    """Compile the model of units, so that nothing that comes waits for it."""
+    units = MarkerUnits(afferent_classes()["SA"], _MODEL)
+    for time_s in (0.0, 0.01):
+        units.feed(time_s, np.zeros(1, np.float32))

@@ -1,4 +1,4 @@
-"""Who says something of a sensor stream, sample by sample: a model, or nobody but the stream."""
+"""What reports on a sensor stream, sample by sample: a model, or the stream alone without one."""
 
 import time
 from collections.abc import Sequence
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live.images import Filled
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Counters, Prediction, State
 from afferents.lab.live.quality import Quality
+from afferents.lab.live.touch import Filled
 from afferents.models.evidence import SURE, EvidenceAccumulator
 
 if TYPE_CHECKING:  # what learns is slow to import
@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # what learns is slow to import
 
 
 class Reporter:
-    """Says of every sample that it came, and of what quality the stream is: there is no model.
+    """Reports of every sample that it came, and of what quality the stream is: there is no model.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ class Reporter:
         Among which it decides; none without a model.
     truth
         What is touched, where the source knows.
-    spoke
-        Whether it has said anything.
+    has_reported
+        Whether it has made any prediction.
     """
 
     textures: Sequence[str] = ()
@@ -43,33 +43,37 @@ class Reporter:
         """Start without troubles."""
         self.name = name
         self.truth: str | None = None
-        self.spoke = False
+        self.has_reported = False
         self._counters, self._quality = counters, quality
         self._troubles: list[str] = []
 
     def introduce(self) -> dict[str, Any]:
-        """Return what a page says of it once, ready for JSON."""
+        """Return what a page shows of it once, ready for JSON."""
         title = self.name.title()
         return {"model": self.name, "title": title, "textures": [], "description": []}
 
     def begin(self) -> None:
-        """Another recording begins."""
-        self.skip()
+        """Forget what was touched: another recording begins."""
 
-    def skip(self) -> None:
-        """Begin anew: what comes next does not follow what came before."""
+    def note(self, *troubles: str) -> None:
+        """Report them with the next prediction."""
+        self._troubles += troubles
 
-    def report_frame(
-        self, felt: Filled, time_s: float, every_s: float, arrived_s: float
+    def report_touch(
+        self, filled: Filled, time_s: float, every_s: float, arrived_s: float, is_late: bool
     ) -> Prediction | None:
-        """Say how many of a frame's markers are found. See `report`."""
-        found = 1 - felt.touch.lost
-        return self.predict("looking", time_s, latency_ms=_since(arrived_s), markers_found=found)
+        """Report how many of a frame's markers are found; nothing fresh if it is late.
+
+        See `report` for the other parameters.
+        """
+        if is_late:
+            return self.predict("stalled", time_s)
+        return self.predict("looking", time_s, arrived_s, markers_found=1 - filled.touch.lost)
 
     def report(
         self, sample: NDArray[np.float32], time_s: float, every_s: float, arrived_s: float
     ) -> Prediction | None:
-        """Say what a sample is; None where that takes more of them.
+        """Report what a sample is; None where that takes more of them.
 
         Parameters
         ----------
@@ -82,20 +86,19 @@ class Reporter:
         arrived_s
             When the last of it came, on the monotonic clock.
         """
-        return self.predict("looking", time_s, latency_ms=_since(arrived_s))
+        return self.predict("looking", time_s, arrived_s)
 
-    def interrupt(self, trouble: str) -> None:
-        """Say it with the next prediction."""
-        self._troubles.append(trouble)
-
-    def predict(self, state: State, time_s: float, **found: Any) -> Prediction:
-        """Say what state it is in, what the stream has counted, and what else was found."""
-        self.spoke = True
+    def predict(
+        self, state: State, time_s: float, arrived_s: float | None = None, **found: Any
+    ) -> Prediction:
+        """Return a prediction of a state, with what the stream has counted and what was found."""
+        self.has_reported = True
         troubles, self._troubles = tuple(self._troubles), []
         return Prediction(
             model=self.name,
             state=state,
             time_s=time_s,
+            latency_ms=None if arrived_s is None else 1000 * (time.monotonic() - arrived_s),
             counters=Counters(**vars(self._counters)),
             quality=self._quality.numbers,
             troubles=troubles,
@@ -104,13 +107,8 @@ class Reporter:
         )
 
 
-def _since(arrived_s: float) -> float:
-    """Return how long ago something arrived, ms."""
-    return 1000 * (time.monotonic() - arrived_s)
-
-
 class ModelReporter(Reporter):
-    """Says what a model makes of samples, each alone and all of a touch together.
+    """Reports what a model makes of samples, each alone and all of a touch together.
 
     Parameters
     ----------
@@ -125,16 +123,17 @@ class ModelReporter(Reporter):
     ) -> None:
         """Start without evidence."""
         super().__init__(network.card.model, counters, quality)
+        self._rest: NDArray[np.floating] | None = None
         self.use(network)
 
     def use(self, network: "Network | TaughtNetwork") -> None:
-        """Say from now on what a network recognises."""
+        """Report from now on what a network recognises."""
         self.network, self.card = network, network.card
         self.textures = self.card.textures
         self._evidence = EvidenceAccumulator(len(self.card.textures), self.card.evidence_per_s)
 
     def introduce(self) -> dict[str, Any]:
-        """Return what a page says of the model once, ready for JSON."""
+        """Return what a page shows of the model once, ready for JSON."""
         return {
             "model": self.name,
             "title": self.card.title,
@@ -145,34 +144,33 @@ class ModelReporter(Reporter):
         }
 
     def begin(self) -> None:
-        """Another touch begins."""
-        super().begin()
+        """Forget evidence and the run of images: another touch begins."""
+        self.network.skip()
         self._evidence.reset()
 
-    def skip(self) -> None:
-        """Begin a new run of images."""
-        self.network.skip()
-
-    def report_frame(
-        self, felt: Filled, time_s: float, every_s: float, arrived_s: float
+    def report_touch(
+        self, filled: Filled, time_s: float, every_s: float, arrived_s: float, is_late: bool
     ) -> Prediction | None:
-        """Say what a frame is, by the network's channel; None where it lacks that.
+        """Report what a frame is, by the network's channel; None where it lacks that.
 
         While nothing touches the skin there is no evidence; a touch begins after that. Before
         anything was taught there is only a look.
         """
-        if not self.textures:
-            return super().report_frame(felt, time_s, every_s, arrived_s)
-        found = 1 - felt.touch.lost
-        if found and not felt.touch.touching:
+        touch = filled.touch
+        if touch.now.rest is not self._rest:  # what was recognised before counted from another
+            self._rest = touch.now.rest
             self.begin()
-            latency_ms = _since(arrived_s)
-            return self.predict("untouched", time_s, latency_ms=latency_ms, markers_found=found)
+        if touch.before is None or is_late:
+            self.network.skip()
+        if is_late or not self.textures:
+            return super().report_touch(filled, time_s, every_s, arrived_s, is_late)
+        found = 1 - touch.lost
+        if found and not touch.touching:
+            self.begin()
+            return self.predict("untouched", time_s, arrived_s, markers_found=found)
         network, name = self.network, self.network.channel.name
-        image = felt.image(name) if network.of_pixels else felt.markers.get(name)
-        if image is None:
-            return None
-        return self.report(image, time_s, every_s, arrived_s, found)
+        image = filled.image(name) if network.of_pixels else filled.markers.get(name)
+        return None if image is None else self.report(image, time_s, every_s, arrived_s, found)
 
     def report(
         self,
@@ -182,34 +180,35 @@ class ModelReporter(Reporter):
         arrived_s: float,
         markers_found: float | None = None,
     ) -> Prediction | None:
-        """Say what a sample is; None until a run of images is full. See `Reporter.report`."""
+        """Report what a sample is; None until a run of images is full. See `Reporter.report`."""
         outcome = self.network.predict(sample)
         if outcome is None:
             return None
-        unknown = not (outcome.novelty <= 1 and np.isfinite(outcome.probabilities).all())
+        probabilities, novelty = outcome
+        unknown = not (novelty <= 1 and np.isfinite(probabilities).all())
         if unknown:
             self._evidence.fade(time_s)
         else:
-            self._evidence.add(time_s, outcome.probabilities, every_s)
+            self._evidence.add(time_s, probabilities, every_s)
         return self.predict(
             "unknown" if unknown else "texture",
             time_s,
-            texture=None if unknown else self.card.textures[int(outcome.probabilities.argmax())],
-            probabilities=self._by_texture(outcome.probabilities),
-            novelty=outcome.novelty,
-            latency_ms=_since(arrived_s),
+            arrived_s,
+            texture=None if unknown else self.textures[int(probabilities.argmax())],
+            probabilities=dict(zip(self.textures, probabilities.tolist(), strict=True)),
+            novelty=novelty,
             markers_found=markers_found,
         )
 
-    def predict(self, state: State, time_s: float, **found: Any) -> Prediction:
-        """Say also what the touch so far tells. See `Reporter.predict`."""
+    def predict(
+        self, state: State, time_s: float, arrived_s: float | None = None, **found: Any
+    ) -> Prediction:
+        """Add what the touch so far shows. See `Reporter.predict`."""
         most = self.card.most_sure
-        evidence = self._by_texture(limit_confidence(self._evidence.probabilities, most))
-        sure_after_s = self._evidence.sure_after_s if most >= SURE else None
-        return super().predict(state, time_s, evidence=evidence, sure_after_s=sure_after_s, **found)
-
-    def _by_texture(self, probabilities: NDArray[np.floating]) -> dict[str, float]:
-        return dict(zip(self.card.textures, probabilities.tolist(), strict=True))
+        so_far = limit_confidence(self._evidence.probabilities, most)
+        found["evidence"] = dict(zip(self.textures, so_far.tolist(), strict=True))
+        found["sure_after_s"] = self._evidence.sure_after_s if most >= SURE else None
+        return super().predict(state, time_s, arrived_s, **found)
 
 
 def limit_confidence(probabilities: NDArray[np.floating], most: float) -> NDArray[np.floating]:

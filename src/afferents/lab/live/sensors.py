@@ -20,9 +20,9 @@ AGAIN_S = 1.0
 CHECKED_S = 1.0
 """A camera's frame rate is measured over this time, s."""
 USUAL_HZ = 30.0
-"""Frame rate of a camera that was asked for none and says none."""
+"""Frame rate of a camera that was given none and states none."""
 SLOW = 0.9
-"""A rate below this share of what was asked for is said."""
+"""A rate below this share of what was requested is reported."""
 
 
 class DeviceSource(ABC):
@@ -82,18 +82,18 @@ class DeviceSource(ABC):
 class Camera(DeviceSource):
     """Frames of a camera as they come.
 
-    JPEGs are asked for where the camera gives them, as when recording.
+    JPEGs are requested where the camera gives them, as when recording.
 
     Parameters
     ----------
     device
         Its number, or its path such as ``/dev/video0``.
     fps_hz
-        Frames a second asked for; None for the camera's own.
+        Frames a second to request; None for the camera's own.
     width, height
-        Size asked for, px; None for the camera's own.
+        Size to request, px; None for the camera's own.
     exposure_ms
-        Exposure time asked for, ms; None leaves it as it is. Linux only.
+        Exposure time to set, ms; None leaves it as it is. Linux only.
     driver
         FFmpeg's input format; None for the system's own.
 
@@ -116,23 +116,23 @@ class Camera(DeviceSource):
     ) -> None:
         """Open it."""
         self._device = device
-        asked = {"device": device, "width": width, "height": height, "fps_hz": fps_hz}
+        settings = {"device": device, "width": width, "height": height, "fps_hz": fps_hz}
         if driver is None and sys.platform == "linux":
-            asked |= {"kind": "v4l2", "format": "auto", "exposure_ms": exposure_ms}
+            settings |= {"kind": "v4l2", "format": "auto", "exposure_ms": exposure_ms}
         elif exposure_ms is None:
-            asked |= {"kind": "portable", "driver": driver}
+            settings |= {"kind": "portable", "driver": driver}
         else:
             raise InputError(
                 f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave "
                 "it out"
             )
-        self._camera = devices.make_device(devices.CAMERAS, asked, f"camera {device}")
+        self._camera = devices.make_device(devices.CAMERAS, settings, f"camera {device}")
         self._taken: deque[float] = deque()
-        self._said_s = -np.inf
+        self._reported_s = -np.inf
         super().__init__(self._camera)
-        said_hz = self._camera.settings.fps_hz
-        self.rate_hz = said_hz if said_hz > 0 else fps_hz or USUAL_HZ  # NaN: it says none
-        self._asked_hz = fps_hz or self.rate_hz
+        own_hz = self._camera.settings.fps_hz
+        self.rate_hz = own_hz if own_hz > 0 else fps_hz or USUAL_HZ  # NaN: it states none
+        self._wanted_hz = fps_hz or self.rate_hz
 
     def _take(self) -> Iterator[Event]:
         self._taken.clear()
@@ -141,19 +141,20 @@ class Camera(DeviceSource):
             arrived_s = time.monotonic()
             if seen is not None:
                 yield CameraFrame(Frame(frame.time_s, *seen), arrived_s, frame.damaged)
-                yield from self._slowness(frame.time_s)
+                yield from self._report_slowness(frame.time_s)
 
-    def _slowness(self, time_s: float) -> Iterator[Trouble]:
-        """Say, not too often, that frames come more slowly than asked for."""
+    def _report_slowness(self, time_s: float) -> Iterator[Trouble]:
+        """Report, not too often, that frames come more slowly than requested."""
         taken = self._taken
         taken.append(time_s)
         if (span_s := taken[-1] - taken[0]) < CHECKED_S:
             return
         rate_hz = (len(taken) - 1) / span_s
         taken.clear()
-        if rate_hz < SLOW * self._asked_hz and time_s - self._said_s > 10 * CHECKED_S:
-            self._said_s = time_s
-            what = f"camera {self._device}: asked {self._asked_hz:g} frames/s, got {rate_hz:.0f}"
+        if rate_hz < SLOW * self._wanted_hz and time_s - self._reported_s > 10 * CHECKED_S:
+            self._reported_s = time_s
+            wanted = f"expected {self._wanted_hz:g} frames/s"
+            what = f"camera {self._device}: {wanted}, found {rate_hz:.0f}"
             yield Trouble("video", time_s, f"{what}; more light or another mode may help")
 
 
@@ -165,7 +166,7 @@ class Microphone(DeviceSource):
     device
         ``default``, or a number or part of the name as PortAudio lists them.
     rate_hz
-        Sample rate asked for.
+        Sample rate.
     n_channels
         Channels wanted: one is the last of the microphone's two, as when recording, or its only
         one.
@@ -189,13 +190,19 @@ class Microphone(DeviceSource):
     ) -> None:
         """Open it."""
         self.rate_hz, self._n_channels = rate_hz, n_channels
-        self._source = source or _microphone_of(device, rate_hz, max(n_channels, 2))
+
+        def choose(channels: int) -> devices.Microphone:
+            settings = {"device": device, "rate_hz": rate_hz, "channels": channels}
+            settings |= {"kind": "portaudio"}
+            return devices.make_device(devices.MICROPHONES, settings, f"microphone {device}")
+
+        self._source = source or choose(max(n_channels, 2))
         try:
             super().__init__(self._source)
         except InputError:
             if source is not None or n_channels > 1:
                 raise
-            self._source = _microphone_of(device, rate_hz, 1)  # it may have no second
+            self._source = choose(1)  # it may have no second
             super().__init__(self._source)
 
     def _take(self) -> Iterator[Event]:
@@ -203,16 +210,12 @@ class Microphone(DeviceSource):
         for block in self._source.blocks():
             if block.overflowed:
                 yield Trouble("audio", count.next_s, "microphone: overrun, samples are lost")
-            yield sound_of(block, block.samples[:, -self._n_channels :], count)
+            yield make_sound(block, block.samples[:, -self._n_channels :], count)
 
 
-def sound_of(block: devices.Block, samples: NDArray[np.int16], count: devices.SampleClock) -> Sound:
-    """Return what wanted channels of a block are, when its samples were taken by their count."""
+def make_sound(
+    block: devices.Block, samples: NDArray[np.int16], count: devices.SampleClock
+) -> Sound:
+    """Return the sound of some channels of a block, timed by the count of samples."""
     time_s = count.read(len(samples), block.time_s, block.overflowed)
     return Sound(time_s, samples.astype(np.float32) / FULL_SCALE, time.monotonic())
-
-
-def _microphone_of(device: str, rate_hz: float, n_channels: int) -> devices.Microphone:
-    """Return PortAudio's microphone, unopened."""
-    asked = {"kind": "portaudio", "device": device, "rate_hz": rate_hz, "channels": n_channels}
-    return devices.make_device(devices.MICROPHONES, asked, f"microphone {device}")

@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import IO
 
 from afferents.errors import InputError
-from afferents.lab.live.control import LINE, set_rest_when_asked
+from afferents.lab.live.control import LINE, set_rest_on_request
 
 SHARED = frozenset({"-", "lsl"})
 """Places that several fingertips may have together."""
 EVERY_S = 0.05
 ENDING_S = 5.0
-"""Who is told to stop is given so long to end its files."""
+"""A process that is told to stop has this time to end its files."""
 
 
-def commands_for(
+def make_commands(
     video: Sequence[str],
     audio: Sequence[str],
     sensor: Sequence[str],
@@ -65,7 +65,7 @@ def commands_for(
         name: [
             *("live", "--video", video[n], "--sensor", sensor[n], "--name", name),
             *(("--audio", audio[n]) if audio else ()),
-            *(word for place in to for word in ("--to", named(place, name))),
+            *(word for place in to for word in ("--to", add_name(place, name))),
             *("--port", f"{port + n}", *(word for page in pages for word in ("--beside", page))),
             *options,
         ]
@@ -73,7 +73,7 @@ def commands_for(
     }
 
 
-def named(place: str, name: str) -> str:
+def add_name(place: str, name: str) -> str:
     """Return a place with a fingertip's name in its file's."""
     kind, colon, file = place.rpartition(":")
     if not Path(file).suffix:
@@ -83,19 +83,19 @@ def named(place: str, name: str) -> str:
 
 
 def run_each(commands: Mapping[str, Sequence[str]], lines: bool) -> None:
-    """Run commands side by side until all have ended, or one fails; JSON lines get the name.
+    """Run commands together until all have ended, or one fails; JSON lines get the name.
 
     Parameters
     ----------
     commands
         By name of the fingertip: words after ``afferents``.
     lines
-        As for `set_rest_when_asked`; rest is set of all fingertips.
+        As for `set_rest_on_request`; rest is set of all fingertips.
 
     Raises
     ------
     SystemExit
-        With the exit code of the first that failed, which has said why.
+        With the highest exit code of those that failed; each has printed why.
     """
     running: dict[str, subprocess.Popen[bytes]] = {}
     readers: list[threading.Thread] = []
@@ -108,6 +108,14 @@ def run_each(commands: Mapping[str, Sequence[str]], lines: bool) -> None:
                 one.stdin.write(f"{LINE}\n".encode())
                 one.stdin.flush()
 
+    def pass_on(given: IO[bytes], name: str) -> None:
+        """Print the lines of JSON that a fingertip gives out, with its name."""
+        head = b'{"fingertip":"' + name.encode() + b'",'
+        for line in given:
+            with lock:
+                sys.stdout.write((head + line.removeprefix(b"{")).decode())
+                sys.stdout.flush()
+
     try:
         for name, words in commands.items():
             running[name] = subprocess.Popen(
@@ -115,40 +123,26 @@ def run_each(commands: Mapping[str, Sequence[str]], lines: bool) -> None:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
             )
-            passing = (running[name].stdout, name, lock)
-            readers.append(threading.Thread(target=_pass_on, args=passing, daemon=True))
+            passing = (running[name].stdout, name)
+            readers.append(threading.Thread(target=pass_on, args=passing, daemon=True))
             readers[-1].start()
-        with set_rest_when_asked(set_rest, lines):
+        with set_rest_on_request(set_rest, lines):
             while any(one.poll() is None for one in running.values()):
                 if any(one.returncode for one in running.values()):
                     break
                 time.sleep(EVERY_S)
     finally:
-        _stop(list(running.values()))
+        for one in running.values():  # let them end what they write; kill those that don't
+            if one.poll() is None:
+                one.send_signal(signal.SIGINT)
+        for one in running.values():
+            try:
+                one.wait(ENDING_S)
+            except subprocess.TimeoutExpired:
+                one.kill()
+                one.wait()
         for reader in readers:
             reader.join(ENDING_S)
     failed = [one.returncode for one in running.values() if one.returncode]
     if failed:
         raise SystemExit(max(failed))
-
-
-def _stop(running: Sequence[subprocess.Popen[bytes]]) -> None:
-    """Let processes end what they write; kill those that don't."""
-    for one in running:
-        if one.poll() is None:
-            one.send_signal(signal.SIGINT)
-    for one in running:
-        try:
-            one.wait(ENDING_S)
-        except subprocess.TimeoutExpired:
-            one.kill()
-            one.wait()
-
-
-def _pass_on(given: IO[bytes], name: str, lock: threading.Lock) -> None:
-    """Print the lines of JSON that a fingertip gives out, with its name."""
-    head = b'{"fingertip":"' + name.encode() + b'",'
-    for line in given:
-        with lock:
-            sys.stdout.write((head + line.removeprefix(b"{")).decode())
-            sys.stdout.flush()

@@ -4,18 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.lab.live.events import Source, Wanted, let_go
-from afferents.lab.live.follower import found_in
-from afferents.lab.live.replay import (
-    Pace,
-    ReplayedSound,
-    ReplayedVideo,
-    RigShow,
-    RigSound,
-    RigVideo,
-    recorded,
-)
+from afferents.lab.live.events import Source, Wanted, close_afterwards
+from afferents.lab.live.follower import FOUND
+from afferents.lab.live.replay import Pace, ReplayedSound, ReplayedVideo, require_recording
+from afferents.lab.live.rig_show import RigShow, RigSound, RigVideo
 from afferents.lab.live.sensors import Camera, Microphone
+from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
@@ -41,7 +35,7 @@ def open_sources(
     exposure_ms: float | None = None,
     fps_hz: float | None = None,
 ) -> Sequence[Source]:
-    """Open what models classify by, or what is looked at.
+    """Open what models classify by, or what is shown without them.
 
     Parameters
     ----------
@@ -68,39 +62,46 @@ def open_sources(
     pace, shows = Pace(speed), dict[str, RigShow]()
     try:
         if "video" in wanted.channels and video is not None:
-            kind, name = _parted(video)
+            kind, name = _split(video)
             if kind == "camera":
-                opened.append(_camera(name, wanted, exposure_ms))
+                sensor = wanted.sensor
+                size: tuple[int | None, int | None] = (None, None)
+                if sensor is not None:  # at the size of pictures that its file holds for
+                    size = (sensor.width or 640, sensor.height or 480)
+                opened.append(Camera(name or "0", wanted.fps_hz, *size, exposure_ms))
             elif kind == "replay":
-                opened.append(ReplayedVideo(_clip(name, fps_hz), pace))
+                opened.append(ReplayedVideo(_open_clip(name, fps_hz), pace))
             elif kind == "rig":
                 rig = None if wanted.sensor is None else rig_of(wanted.sensor)
-                opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
+                opened.append(RigVideo(shows.setdefault(name, _make_show(name, rig))))
             else:
                 raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'{_GONE}")
         if "audio" in wanted.channels and audio is not None:
-            kind, name = _parted(audio)
+            kind, name = _split(audio)
             if kind == "mic":
                 rate_hz, n_channels = wanted.sample_rate_hz, wanted.n_channels
                 opened.append(Microphone(name or "default", rate_hz, n_channels))
             elif kind == "replay":
-                opened.append(ReplayedSound(_wav(recorded(Path(name), AUDIO)), pace))
+                path = require_recording(Path(name), AUDIO)
+                channel = session_around(path)[0].channel  # that its session names; else the last
+                opened.append(ReplayedSound(WavFile(path, channel), pace))
             elif kind == "rig":
-                opened.append(RigSound(shows[name] if name in shows else _show(name)))
+                opened.append(RigSound(shows[name] if name in shows else _make_show(name)))
             else:
                 raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'{_GONE}")
     except BaseException:
-        with let_go(opened):
+        with close_afterwards(opened):
             raise
     return opened
 
 
-def sensor_of(
+def find_sensor(
     video: str | None, sensor: Sensor | None = None, fps_hz: float | None = None
 ) -> Sensor | None:
     """Return the sensor that a source shows: as given, the rig's, or as a clip shows its markers.
 
-    A recording is looked at first, so that what does not go with it is said before anything opens.
+    A recording is looked at first, so that a sensor of another kind is refused before anything
+    opens.
 
     Parameters
     ----------
@@ -119,18 +120,18 @@ def sensor_of(
     InputError
         If the recording shows no markers, or not the sensor's.
     """
-    kind, name = _parted(video) if video is not None else ("", "")
+    kind, name = _split(video) if video is not None else ("", "")
     if kind == "rig":
         return sensor or load_sensor(RIG_SENSOR)
     if kind != "replay":
         return sensor
-    clip = _clip(name, fps_hz)
-    sensor = sensor or found_in(clip)
+    clip = _open_clip(name, fps_hz)
+    sensor = sensor or calibrate_from_clips(clip, FOUND).sensor
     ordered_rest(clip, sensor)
     return sensor
 
 
-def _parted(source: str) -> tuple[str, str]:
+def _split(source: str) -> tuple[str, str]:
     """Return the kind of a source and its name; a path alone is one to replay."""
     kind, _, name = source.partition(":")
     if kind not in KINDS and source and Path(source).exists():
@@ -138,29 +139,16 @@ def _parted(source: str) -> tuple[str, str]:
     return kind, name
 
 
-def _clip(name: str, fps_hz: float | None) -> Video:
+def _open_clip(name: str, fps_hz: float | None) -> Video:
     """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
     path = Path(name)
     if not is_image_folder(path):
-        path = (video_in(path) if path.is_dir() else None) or recorded(path, VIDEO)
+        path = (video_in(path) if path.is_dir() else None) or require_recording(path, VIDEO)
     declared, own_hz = session_around(path)
     return video_of(path, declared, fps_hz or own_hz)
 
 
-def _wav(path: Path) -> WavFile:
-    """Return the sensor's channel, as its session says; else the last."""
-    return WavFile(path, session_around(path)[0].channel)
-
-
-def _camera(name: str, wanted: Wanted, exposure_ms: float | None) -> Camera:
-    """Open a camera, for a sensor at the size of pictures that its file holds for."""
-    size: tuple[int | None, int | None] = (None, None)
-    if (sensor := wanted.sensor) is not None:
-        size = (sensor.width or 640, sensor.height or 480)
-    return Camera(name or "0", wanted.fps_hz, *size, exposure_ms)
-
-
-def _show(name: str, rig: Rig | None = None) -> RigShow:
+def _make_show(name: str, rig: Rig | None = None) -> RigShow:
     """Read ``TEXTURE/SPEED``, ``TEXTURE`` or nothing; the rig is that of the models' sensor."""
     texture, _, speed = name.partition("/")
     try:

@@ -1,13 +1,11 @@
 """What is drawn in a terminal: every model's evidence as bars, or what comes in."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from rich.color import Color
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -16,12 +14,12 @@ from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
-from afferents.lab.live.images import Pixels, in_colours
+from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest, Prediction
-from afferents.lab.live.quality import Quality
 from afferents.lab.live.reporters import ModelReporter
-from afferents.lab.live.sensor_streams import AudioStream, VideoStream
+from afferents.lab.live.touch import Pixels, colour_image
+from afferents.lab.live.video_stream import VideoStream
 
 EVERY_S = 0.1
 """Time between two pictures."""
@@ -30,6 +28,18 @@ _AT_ONCE_S = 0.05
 """What would be printed as 0.0 s."""
 _MOST = 13
 """Textures shown, the likeliest."""
+_MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
+"""Widths that a picture of the camera may have, in characters."""
+_HEIGHT_SHARE = 0.55
+_WORDS = 13
+"""Of the terminal's lines that pictures take at most, and how many they leave to words."""
+_BARS = " ▁▂▃▄▅▆▇█"
+_AMBER = (255, 176, 0)
+_EDGE_PX = 32
+"""The camera's picture is cut off round the markers, at multiples of this, px."""
+_LEAST_PX = 0.5
+"""Tactile images are drawn from 0 to their 99th percentile, but to this at least: one marker that
+is found in the wrong place does not dim all others."""
 
 
 def show(predictions: Iterable[Prediction], pipeline: LivePipeline) -> None:
@@ -52,7 +62,7 @@ class Screen(Newest):
     Parameters
     ----------
     pipeline
-        Fed by whoever gives the predictions.
+        That makes the predictions.
     """
 
     def __init__(self, pipeline: LivePipeline) -> None:
@@ -69,17 +79,25 @@ class Screen(Newest):
             if isinstance(reporter, ModelReporter) and reporter.textures
         }
         if most_sure:
-            return Group(*(_bars(p, most_sure[p.model]) for p in latest if p.model in most_sure))
+            known = [p for p in latest if p.model in most_sure]
+            return Group(*(_draw_bars(p, most_sure[p.model]) for p in known))
         parts: list[RenderableType] = []
         video, audio = self._pipeline.video, self._pipeline.audio
         if video is not None:
             if console.color_system is not None:
-                parts.append(_views(video, console))
+                parts.append(_draw_views(video, console))
             parts.append(Text(video.follower.describe()))
         if audio is not None:
-            parts.append(_spectrum(audio, console.width))
-        parts.append(_figures([one.quality for one in (video, audio) if one is not None]))
-        parts += [Text(_line(prediction), style="dim") for prediction in latest]
+            parts.append(_draw_spectrum(audio, console.width))
+        figures = [f for one in (video, audio) if one is not None for f in one.quality.figures()]
+        values = (Text(f"{f.name} {f.value}", "bold" if f.issue else "") for f in figures)
+        parts.append(Text(" · ").join(values))
+        parts += [Text(f.issue, style="yellow") for f in figures if f.issue]
+        for prediction in latest:
+            line = f"{prediction.model}: {prediction.state}"
+            line += f" (it is {prediction.truth})" if prediction.truth else ""
+            faults = describe_faults(prediction)
+            parts.append(Text(f"{line}, {faults}" if faults else line, style="dim"))
         return Group(*parts)
 
 
@@ -95,77 +113,52 @@ def describe_faults(prediction: Prediction) -> str:
     return ", ".join([*parts, *prediction.troubles])
 
 
-def _bars(prediction: Prediction, most_sure: float) -> RenderableType:
-    table = Table(box=None, show_header=False, title=Text(_title(prediction)), title_justify="left")
-    evidence = prediction.evidence
+def _draw_bars(prediction: Prediction, most_sure: float) -> RenderableType:
+    """Return a model's evidence as bars."""
+    after_s, evidence = prediction.sure_after_s, prediction.evidence
+    sure = "" if after_s is None else f", sure after {after_s:.1f} s"
+    if after_s is not None and after_s < _AT_ONCE_S:
+        sure = ", sure at once"
+    state = (prediction.fresh and prediction.texture) or prediction.state
+    truth = f" (it is {prediction.truth})" if prediction.truth else ""
+    title = Text(f"{prediction.model}: {state}{sure}{truth}")
+    table = Table(box=None, show_header=False, title=title, title_justify="left")
     likeliest = sorted(evidence, key=evidence.__getitem__, reverse=True)[:_MOST]
     for texture in evidence:
         if texture not in likeliest:
             continue
         now, all_in_all = prediction.probabilities.get(texture), evidence[texture]
-        said = "" if now is None else f"{100 * min(now, most_sure):3.0f}% now"
+        share = "" if now is None else f"{100 * min(now, most_sure):3.0f}% now"
         bar = "█" * round(_BAR * all_in_all)
-        table.add_row(texture, f"{bar:<{_BAR}}", f"{100 * all_in_all:3.0f}%", said)
+        table.add_row(texture, f"{bar:<{_BAR}}", f"{100 * all_in_all:3.0f}%", share)
     return Group(table, Text(describe_faults(prediction), style="dim"))
 
 
-def _title(prediction: Prediction) -> str:
-    is_known = prediction.fresh and prediction.texture
-    said = prediction.texture if is_known else prediction.state
-    sure, after_s = "", prediction.sure_after_s
-    if after_s is not None:
-        sure = ", sure at once" if after_s < _AT_ONCE_S else f", sure after {after_s:.1f} s"
-    return f"{prediction.model}: {said}{sure}{_truth(prediction)}"
-
-
-def _truth(prediction: Prediction) -> str:
-    return f" (it is {prediction.truth})" if prediction.truth else ""
-
-
-def _line(prediction: Prediction) -> str:
-    faults = describe_faults(prediction)
-    said = f"{prediction.model}: {prediction.state}{_truth(prediction)}"
-    return f"{said}, {faults}" if faults else said
-
-
-# What comes in: camera, SA-I, RA-I and spectrum in characters, and figures of quality.
-
-_MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
-"""Widths that a picture of the camera may have, in characters."""
-_HEIGHT_SHARE = 0.55
-_WORDS = 13
-"""Of the terminal's lines that pictures take at most, and how many they leave to words."""
-_BARS = " ▁▂▃▄▅▆▇█"
-_AMBER = (255, 176, 0)
-_EDGE_PX = 32
-"""The camera's picture is cut off round the markers, at multiples of this, px."""
-_LEAST_PX = 0.5
-"""Tactile images are drawn from 0 to their 99th percentile, but to this at least."""
-
-
-def _views(video: VideoStream, console: Console) -> RenderableType:
+def _draw_views(video: VideoStream, console: Console) -> RenderableType:
     """Return camera, SA-I and RA-I side by side, as large as fits."""
     views = Table(box=None, show_header=True, header_style="dim", padding=(0, 2, 0, 0))
     cells: list[RenderableType] = []
     lines = max(6, min(int(_HEIGHT_SHARE * console.height), console.height - _WORDS))
-    left = console.width - 2
+    left, newest = console.width - 2, video.newest
     for title, name in (("SA-I", SA1), ("RA-I", RA1)):
-        image = None if video.newest is None else video.newest.image(name)
+        image = None if newest is None else newest.image(name)
         if image is not None:
-            scaled, most = _map(image, 2 * lines)
-            assert video.newest is not None
-            views.add_column(f"{title}, 0-{most:.1f} {video.newest.touch.now.unit}")
-            cells.append(_blocks(scaled))
+            assert newest is not None
+            most = max(float(np.percentile(image, 99)), _LEAST_PX)
+            step = -(-image.shape[0] // (2 * lines))  # rows left out where there are too many
+            scaled = colour_image(image[::step, ::step], most)
+            views.add_column(f"{title}, 0-{most:.1f} {newest.touch.now.unit}")
+            cells.append(_draw_blocks(scaled))
             left -= max(scaled.shape[1], 14) + 2
     if video.picture is not None and left >= _FEWEST_COLUMNS:
-        picture = _camera(video, min(left, _MOST_COLUMNS), 2 * lines)
+        picture = _shrink_picture(video, min(left, _MOST_COLUMNS), 2 * lines)
         views.add_column("camera")
-        cells.append(_blocks(picture))
+        cells.append(_draw_blocks(picture))
     views.add_row(*cells)
     return views
 
 
-def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
+def _shrink_picture(video: VideoStream, columns: int, lines: int) -> Pixels:
     """Return where the camera sees markers, small, with those found on it: (line, column, 3)."""
     assert video.picture is not None
     grey = video.picture.frame.image
@@ -184,17 +177,7 @@ def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
     return np.asarray(small, np.uint8)
 
 
-def _map(image: NDArray[np.floating[Any]], most_lines: int) -> tuple[Pixels, float]:
-    """Return a tactile image in colours, (row, column, 3), and the value of the brightest colour.
-
-    One marker that is found in the wrong place does not dim all others: a percent may be brighter.
-    """
-    most = max(float(np.percentile(image, 99)), _LEAST_PX)
-    step = -(-image.shape[0] // most_lines)  # rows left out where there are too many for a screen
-    return in_colours(image[::step, ::step], most), most
-
-
-def _blocks(pixels: Pixels) -> Text:
+def _draw_blocks(pixels: Pixels) -> Text:
     """Return pixels as half blocks, two of them a character."""
     if len(pixels) % 2:
         pixels = np.concatenate([pixels, np.zeros_like(pixels[:1])])
@@ -202,18 +185,18 @@ def _blocks(pixels: Pixels) -> Text:
     coarse = pixels & 0xF8  # fewer colours, so that styles are found again
     for upper, lower in zip(coarse[::2].tolist(), coarse[1::2].tolist(), strict=True):
         for above, below in zip(upper, lower, strict=True):
-            text.append("▀", _style(tuple(above), tuple(below)))
+            text.append("▀", _make_style(tuple(above), tuple(below)))
         text.append("\n")
     text.rstrip()
     return text
 
 
 @lru_cache(maxsize=1 << 14)
-def _style(above: tuple[int, int, int], below: tuple[int, int, int]) -> Style:
+def _make_style(above: tuple[int, int, int], below: tuple[int, int, int]) -> Style:
     return Style(color=Color.from_rgb(*above), bgcolor=Color.from_rgb(*below))
 
 
-def _spectrum(audio: AudioStream, width: int) -> RenderableType:
+def _draw_spectrum(audio: AudioStream, width: int) -> RenderableType:
     """Return the newest spectrum as a row of bars."""
     spectrum = audio.spectrum()
     if spectrum is None:
@@ -229,10 +212,3 @@ def _spectrum(audio: AudioStream, width: int) -> RenderableType:
         Text(bars, no_wrap=True),
         Text(f"0{end:>{columns - 1}}", style="dim", no_wrap=True),
     )
-
-
-def _figures(qualities: Sequence[Quality]) -> RenderableType:
-    """Return figures of quality, and what is wrong."""
-    figures = [figure for quality in qualities for figure in quality.figures()]
-    said = Text(" · ").join(Text(f"{f.name} {f.value}", "bold" if f.issue else "") for f in figures)
-    return Group(said, *(Text(f.issue, style="yellow") for f in figures if f.issue))

@@ -19,7 +19,7 @@ from afferents.lab.writers import HEADER_BYTES, SAMPLE_BYTES
 SIMULATED = "simulated"
 """Kind of the devices of a dry run."""
 PATIENCE_S = 5.0
-"""Camera and microphone give something, and end when they are told to, within this time."""
+"""Camera and microphone give something, and end after `end`, within this time, s."""
 PLUGGED_IN_S = 60.0
 """A device that went away is waited for this time, s,"""
 AGAIN_S = 1.0

@@ -69,7 +69,7 @@ class Counts(NamedTuple):
     lost
         Numbers of the frames that never came; no more than one above those expected.
     damaged, repeated, late
-        Numbers of such frames, see `count_on`.
+        Numbers of such frames, see `unwrap_numbers`.
     """
 
     expected: int
@@ -80,17 +80,17 @@ class Counts(NamedTuple):
     late: tuple[int, ...]
 
 
-def count_frames(log: Log, settings: CameraSettings, total_s: float) -> Counts:
+def count_frames(log: Log, fps_hz: float, total_s: float) -> Counts:
     """Count what became of the frames, from the driver's numbers, their times and content."""
-    numbers = count_on([row.sequence for row in log.frames])
+    numbers = unwrap_numbers([row.sequence for row in log.frames])
     time_s = np.array([row.time_s for row in log.frames])
     there = set(numbers.tolist())
     between = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
     step = np.diff(numbers, prepend=numbers[:1] - 1)
-    gap = np.diff(time_s, prepend=time_s[:1]) * settings.fps_hz > LATE
+    gap = np.diff(time_s, prepend=time_s[:1]) * fps_hz > LATE
     repeated = (step <= 0) | np.array([row.repeated for row in log.frames], bool)
     damaged = np.array([row.damaged for row in log.frames], bool)
-    expected = round(total_s * settings.fps_hz)
+    expected = round(total_s * fps_hz)
     lost = (n for n in between if n not in there)
     return Counts(
         expected,
@@ -102,7 +102,7 @@ def count_frames(log: Log, settings: CameraSettings, total_s: float) -> Counts:
     )
 
 
-def count_on(numbers: Sequence[int]) -> NDArray[np.int64]:
+def unwrap_numbers(numbers: Sequence[int]) -> NDArray[np.int64]:
     """Return frame numbers that go on where a counter of 8, 16 or 32 bits begins again at 0.
 
     It does where a number falls by more than half of the counter's range.

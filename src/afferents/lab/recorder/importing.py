@@ -17,7 +17,6 @@ from afferents import files
 from afferents.documents import read_json
 from afferents.errors import InputError, reading
 from afferents.files import Place, write_json
-from afferents.lab.devices.base import CameraSettings
 from afferents.lab.recorder.bags import Bag, ImportedFiles, extract_files
 from afferents.lab.recorder.gate import Check, check_frames, count_frames
 from afferents.lab.recorder.plan import FASTEST_MM_S, Tolerance, require_texture
@@ -137,7 +136,7 @@ def _write(
         files.require_free(session, files.holds_only())
     target = session / f"{texture}/{speed_mm_s:g}"
     files.require_free(target)
-    log, checks = _check(given, declared, keep)
+    log, checks = _check(given, keep)
     with writing_alone(session, "import"):
         with files.write_aside(target) as partial:
             partial.mkdir()
@@ -197,9 +196,7 @@ def _measure_rate(time_s: NDArray[np.float64]) -> float:
     return float(_number_frames(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
-def _check(
-    given: ImportedFiles, declared: Mapping[str, Any], keep: bool
-) -> tuple[Log, list[Check]]:
+def _check(given: ImportedFiles, keep: bool) -> tuple[Log, list[Check]]:
     """Look at the frames; numbers that are missing are worked out from the times."""
     time_s, rate_hz = given.time_s, _measure_rate(given.time_s)
     numbers = _number_frames(time_s) if given.sequence is None else given.sequence
@@ -208,9 +205,7 @@ def _check(
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
         for number, at_s in zip(numbers, time_s, strict=True)
     ]
-    width, height = declared["frame_width"], declared["frame_height"]
-    settings = CameraSettings(str(given.video), "file", width, height, rate_hz)
-    counts = count_frames(log, settings, (time_s[-1] - time_s[0]) + 1 / rate_hz)
+    counts = count_frames(log, rate_hz, (time_s[-1] - time_s[0]) + 1 / rate_hz)
     checks = check_frames(counts, Tolerance())
     failed = [f"{check.name}: {check.found}" for check in checks if not check.passes]
     if failed and not keep:

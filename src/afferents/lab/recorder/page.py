@@ -1,4 +1,4 @@
-"""What the page shows of a recording: camera with markers, sound, and what is to be done."""
+"""What the page shows of a recording: camera with markers, sound, and what to do next."""
 
 from contextlib import suppress
 from typing import Any
@@ -11,11 +11,11 @@ from afferents.errors import InputError
 from afferents.lab.devices import base
 from afferents.lab.devices.clock import SampleClock
 from afferents.lab.devices.picture import Picture, decode_picture
+from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.images import SHOWN, Filled, Filling, require_places
-from afferents.lab.live.sensor_streams import AudioStream
-from afferents.lab.live.sensors import sound_of
+from afferents.lab.live.sensors import make_sound
+from afferents.lab.live.touch import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.lab.recorder.watch import Watch
 from afferents.markers.sensor import Sensor
@@ -73,7 +73,7 @@ class RecordingPage(Shown):
         state: dict[str, Any] = {
             "type": "state",
             "ended": None,
-            "percepts": [],
+            "predictions": [],
             "video": video,
             "audio": self._hear(),
             "recording": self._watch.state(),
@@ -106,6 +106,6 @@ class RecordingPage(Shown):
         while self._watch.blocks:
             block = self._watch.blocks.popleft()
             samples = block.samples[:, [self._watch.sensor_channel]]
-            for _ in self._audio.feed(sound_of(block, samples, self._count)):
+            for _ in self._audio.feed(make_sound(block, samples, self._count)):
                 pass
         return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}

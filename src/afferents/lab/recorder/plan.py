@@ -1,4 +1,4 @@
-"""`PLAN.toml`: what is to be recorded, and with what."""
+"""`PLAN.toml`: what to record, and with what."""
 
 import hashlib
 import math
@@ -18,6 +18,8 @@ from afferents.forms import StrictForm
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
 
+EXAMPLE = Path(__file__).with_name("example.toml")
+"""A plan to begin with, with comments."""
 _WHAT = "a plan of a recording"
 _TEXTURE = re.compile(r"[\w][\w .+-]*")
 FASTEST_MM_S = 1000.0
@@ -59,7 +61,7 @@ class Tolerance(StrictForm):
 
 
 class RecordingPlan(StrictForm):
-    """What is to be recorded.
+    """What to record.
 
     Attributes
     ----------
@@ -98,7 +100,7 @@ class RecordingPlan(StrictForm):
     direction
         Of the slide in the image.
     notes, conditions
-        What else is to be remembered; conditions go along with every recording.
+        What else to remember; conditions go along with every recording.
     camera, microphone, drive
         Which devices, by ``kind``, and their options. Without ``[microphone]`` there is no sound;
         without ``[drive]`` something else turns the drum.
@@ -235,40 +237,6 @@ def read_plan(path: Path) -> RecordingPlan:
     return plan
 
 
-EXAMPLE = """\
-# What is recorded: every texture at every speed.
-textures = ["0", "2", "4"]       # names of the drums; they become folders
-speeds_mm_s = [20, 40, 60]
-repetitions = 1
-seconds = 5.0                    # of constant speed, after:
-rest_s = 0.5                     #   the drum stands still, the skin is at rest
-settle_s = 1.0                   #   the drum gets up to speed
-# tap_s = 3.0                    # between the two: tap the fingertip, to set sound against picture
-seed = 0                         # of the order of drums, and of speeds on each
-redo = 2                         # times a run that is not good enough is done again
-drum_mm = 80                     # diameter of the drums, to hold out a stretch of them later
-sensor = "tip_b"                 # or your sensor file: "mine.toml"
-notes = ""
-
-[conditions]                     # whatever you want to know later of all recordings
-# operator = "Kim"
-
-[camera]                         # 'afferents devices' lists what is plugged in
-kind = "v4l2"
-device = "/dev/video0"
-
-[microphone]
-kind = "portaudio"
-
-[drive]
-kind = "none"                    # the drum is turned by hand, or: "serial", "dynamixel"
-
-[tolerance]                      # what a run may have wrong with it and still be kept
-lost = 0.002                     # frames, as a share
-speed = 0.05                     # of the planned speed
-"""
-
-
 def write_example(path: Path) -> None:
     """Write a plan to begin with.
 
@@ -279,4 +247,4 @@ def write_example(path: Path) -> None:
     """
     require_free(path)
     with write_aside(path) as partial:
-        partial.write_text(EXAMPLE, encoding="utf-8")
+        partial.write_bytes(EXAMPLE.read_bytes())

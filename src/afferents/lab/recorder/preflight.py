@@ -11,7 +11,7 @@ from afferents.files import free_bytes
 from afferents.lab.devices import base
 from afferents.lab.devices.picture import decode_picture
 from afferents.lab.recorder.devices import Devices
-from afferents.lab.recorder.gate import Check, count_on
+from afferents.lab.recorder.gate import Check, unwrap_numbers
 from afferents.lab.recorder.plan import RecordingPlan
 from afferents.lab.recorder.run import WARM_UP
 from afferents.lab.writers import SAMPLE_BYTES
@@ -74,7 +74,7 @@ def check_rate(
     if len(frames) < 3:
         found = f"{mode}, but it gave {len(frames)} frames"
         return Check("camera", False, found, "look at its plug")
-    number = count_on([frame.sequence for frame in frames])
+    number = unwrap_numbers([frame.sequence for frame in frames])
     number -= number[0]
     if (np.diff(number) <= 0).any():
         return Check("camera", False, f"{mode}, but its frames repeat numbers", "another camera")

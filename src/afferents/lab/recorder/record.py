@@ -77,7 +77,7 @@ def record(
         recorder = make_recorder(Path(plan), dry_run, ask or ask_in_terminal)
         with Progress(quiet) as progress:
             return recorder.record(Path(session), progress, again)
-    from afferents.lab.live.web.server import page_beside
+    from afferents.lab.live.web.server import serve_page
     from afferents.lab.recorder.page import RecordingPage
 
     watch = Watch(show_in_terminal)
@@ -87,7 +87,7 @@ def record(
         for line in sys.stdin:
             watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
-    with page_beside(RecordingPage(watch, recorder.sensor), *web, watch.request):
+    with serve_page(RecordingPage(watch, recorder.sensor), *web, watch.request):
         threading.Thread(target=read_terminal, name="afferents-enter", daemon=True).start()
         try:
             with Progress(quiet) as progress:
@@ -102,7 +102,7 @@ def record(
 
 
 def show_in_terminal(sentence: str) -> None:
-    """Show what is to be done."""
+    """Show a person what to do."""
     print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
 
 
@@ -112,7 +112,7 @@ def ask_in_terminal(sentence: str) -> None:
     Raises
     ------
     OnceMoreError
-        If ``r`` is entered: the last run is to be made once more first.
+        If ``r`` is entered: make the last run once more first.
     InputError
         If standard input has ended.
     """
@@ -253,7 +253,7 @@ class Recorder:
             self.watch.open(self.devices, self.plan, session, n_done, n_done + len(todo))
             while True:
                 try:
-                    self._prepare(todo[0], 0)
+                    self.mount(todo[0], 0)
                     break
                 except OnceMoreError as error:  # there is no last run yet
                     self._note(str(error))
@@ -276,14 +276,10 @@ class Recorder:
         self._progress.note(line)
         self.watch.notes.append(line)
 
-    def _prepare(self, entry: Entry, attempt: int) -> None:
-        self.watch.prepare(entry, attempt)
-        self.mount(entry, attempt)
-        self.watch.prepare(entry, attempt)
-
     def mount(self, entry: Entry, attempt: int) -> None:
         """Put the drum of a run in its place; attempt 0 is the preflight. Devices are open."""
         plan, ask = self.plan, self.ask
+        self.watch.prepare(entry, attempt)
         if self.bench is not None:
             self.bench.mount(entry, 0)
         if ask is not None and entry.texture != self._texture:
@@ -325,7 +321,7 @@ class Recorder:
         while attempt <= self.plan.redo + 1:
             self.watch.stop_if_requested()
             try:
-                self._prepare(entry, attempt)
+                self.mount(entry, attempt)
             except OnceMoreError:
                 return False
             why = self._attempt(entry)
@@ -384,7 +380,7 @@ class Recorder:
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")
             raise
-        counts = count_frames(log, devices.camera.settings, plan.total_s)
+        counts = count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
         checks = check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
         taps = measure_taps(folder, plan, self.sensor) if plan.tap_s else None
         checks += [taps.check] if taps else []

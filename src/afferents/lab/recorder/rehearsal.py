@@ -16,7 +16,7 @@ from afferents.lab.devices.base import Block, CameraSettings, DriveLimits, Drive
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
 from afferents.lab.recorder.plan import Entry, RecordingPlan
-from afferents.rig.camera import Renderer, project
+from afferents.rig.camera import Renderer
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.drums import texture_name
@@ -44,8 +44,6 @@ class Film(NamedTuple):
         Of each frame, from the start of the run, s.
     jpegs
         The frames.
-    position_px
-        Where the pins truly are, (frame, marker, 2), px.
     sound
         Room and sensor at 44.1 kHz, (n_samples, 2).
     way_mm, speed_mm_s
@@ -54,7 +52,6 @@ class Film(NamedTuple):
 
     time_s: NDArray[np.float64]
     jpegs: list[bytes]
-    position_px: NDArray[np.float64]
     sound: NDArray[np.int16]
     way_mm: NDArray[np.float64]
     speed_mm_s: NDArray[np.float64]
@@ -185,7 +182,6 @@ def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
     return Film(
         np.concatenate(time),
         [cv2.imencode(".jpg", renderer.draw(at), quality)[1].tobytes() for at in filmed_px],
-        project(position_mm, rig.camera),
         np.rint(np.concatenate(sound) * 32767).astype(np.int16),
         np.pad(way_mm, before, "edge"),
         np.pad(run.speed_mm_s, before, "edge"),

@@ -43,7 +43,7 @@ class DiskFullError(AfferentsError):
 
 
 class RedoRequestedError(AfferentsError):
-    """The run is to be made once more: no device has failed."""
+    """A request to make the run once more: no device has failed."""
 
     def __init__(self) -> None:
         """Say it."""

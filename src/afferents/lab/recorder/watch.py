@@ -1,7 +1,7 @@
 """The state of a recording, for a page that shows it, and what its visitors request.
 
-Capture leaves references here and goes on: whoever draws them does so in a thread of its own, and
-no frame waits for it.
+Capture leaves references here and goes on: they are drawn in another thread, and no frame waits
+for it.
 """
 
 import signal

@@ -38,7 +38,7 @@ _TRIALS = {
 _UNITS = {
     "unit_name": "Name of the unit.",
     "class": "SA: slowly adapting type I. RA: rapidly adapting type I. PC: Pacinian (RA-II).",
-    "resolution_s": "Spike times are no finer than this, in s: frames of the camera lie so far "
+    "resolution_s": "Spike times are no finer than this, in s: frames of the camera are this far "
     "apart, and times between them are interpolated.",
 }
 _FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."

@@ -26,7 +26,7 @@ _SCRIPT = "afferents export-nwb"
 """In a file of ours, by which it is known as one."""
 _CLOCK = (
     "All times are on one clock that counts from the beginning of the first recording. Recordings "
-    f"lie one after another on it, at least {content.GAP_S:g} s apart, by texture and speed: in "
+    f"follow one another on it, at least {content.GAP_S:g} s apart, by texture and speed: in "
     "which order and at which time of day they were made is not known. "
 )
 _UNITS = (
@@ -50,7 +50,7 @@ def export_nwb(
 ) -> Path:
     """Write a store as an NWB file: spikes of artificial afferents, trials, sound and markers.
 
-    Recordings lie one after another on the session's clock. Needs the extra ``nwb``.
+    Recordings follow one another on the session's clock. Needs the extra ``nwb``.
 
     Parameters
     ----------

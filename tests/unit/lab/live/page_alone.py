@@ -6,7 +6,7 @@ import mimetypes
 import cv2
 import numpy as np
 
-from afferents.lab.live.web.server import PAGE
+from afferents.lab.live.web.application import PAGE
 
 TEXTURES = [f"{i / 2:g}" for i in range(13)]
 
@@ -29,7 +29,7 @@ def hello(*models, textures=TEXTURES, named_by_spacing=True, most_sure=1.0):
     }
 
 
-def percept(model, textures):
+def prediction(model, textures):
     rest = 0.3 / (len(textures) - 1)
     evidence = {texture: 0.7 if texture == "3" else rest for texture in textures}
     return {
@@ -50,7 +50,7 @@ def state(*models, textures=TEXTURES, sa1=None, ra1=None):
         "type": "state",
         "ended": None,
         "repeats": True,
-        "percepts": [percept(model, textures) for model in models],
+        "predictions": [prediction(model, textures) for model in models],
         "video": {
             "rate_hz": 90, "sensor": "Sensor 'tip_b': square layout, 361 markers.",
             "quality": figures[:7], "size": [640, 480], "ring_px": 8.0, "sa1": sa1.tolist(),

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from afferents.reporting import explain
+from afferents.reporting.occlusion import Examples, lose_frequencies
 
 
 @pytest.fixture(autouse=True)
@@ -64,8 +65,8 @@ def test_multiples_are_those_of_a_drums_own_rate():
         heard = 0.8 * given[:, 0].max(axis=1) + 0.1
         return np.log(np.stack([heard, 1 - heard], axis=1))
 
-    asked = explain.Asked(None, samples, ("4", "0"), np.array([0, 0]))
-    lost = explain._frequencies(predict, asked)["harmonics"]
+    examples = Examples(None, samples, ("4", "0"), np.array([0, 0]))
+    lost = lose_frequencies(predict, examples)["harmonics"]
     assert lost.harmonic.values[lost.values.argmax()] == 1
     assert (lost.sel(harmonic=[0.5, 1.5, 2, 3]) == 0).all()
 

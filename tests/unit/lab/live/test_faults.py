@@ -22,8 +22,8 @@ from afferents.lab.live import (
     Trouble,
     stream,
 )
-from afferents.lab.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
-from afferents.lab.live.stream import _SilenceWatch, check_sources
+from afferents.lab.live.mailbox import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
+from afferents.lab.live.pipeline import check_sources
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session
 from afferents.store.recording import Frame
@@ -248,9 +248,9 @@ def test_a_silent_source_is_stalled(models, pictures):
 
 
 def test_who_went_silent_has_no_figures(seeing):
-    watch, long_ago_s = _SilenceWatch(seeing.video), time.monotonic() - 10
-    watch.said_s, seeing.video.quality.numbers = long_ago_s, {"fps_hz": 90.0}
-    (said,) = watch.break_silence(long_ago_s)
+    long_ago_s = time.monotonic() - 10
+    seeing.video.reported_s, seeing.video.quality.numbers = long_ago_s, {"fps_hz": 90.0}
+    (said,) = seeing.video.break_silence(long_ago_s)
     assert (said.state, said.quality) == ("stalled", {})
 
 
@@ -289,7 +289,7 @@ def test_an_error_of_a_source_reaches_who_takes_its_events():
     mailbox = Mailbox()
     mailbox.take_from(Breaking())
     with pytest.raises(ValueError, match="broken"):
-        mailbox.get(60)
+        next(mailbox.take(60))
 
 
 def test_a_camera_that_does_not_take_the_model_s_rate_is_refused(seeing):
@@ -308,7 +308,9 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
         (pictures if isinstance(event, CameraFrame) else said).append(event)
         if len(said) == 3:
             camera.close()
-    assert "asked 90 frames/s, got 1" in said[0].what  # 15, or nearly so when it comes unevenly
+    assert (
+        "expected 90 frames/s, found 1" in said[0].what
+    )  # 15, or nearly so when it comes unevenly
     assert "no more frames" in said[1].what
     assert len(pictures) > 30
     steps = np.diff([p.time_s for p in pictures[:15]])

@@ -12,7 +12,7 @@ from afferents.errors import InputError
 from afferents.extraction.extract import responses_of
 from afferents.lab.live.events import CameraFrame, Sound, Trouble
 from afferents.lab.live.fingertip import MOST_SOUND_S, Fingertip, stream
-from afferents.lab.live.rest import REST_FRAMES
+from afferents.lab.live.follower import REST_FRAMES
 from afferents.markers.rest import N_FIRST
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import open_video

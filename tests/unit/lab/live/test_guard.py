@@ -21,7 +21,7 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
 from afferents.lab.live.web import guard
-from afferents.lab.live.web.door import one_line_errors
+from afferents.lab.live.web.server import one_line_errors
 
 FILES = 64
 PATIENCE_S = 60
@@ -95,8 +95,8 @@ class Served:
             while True:
                 message = visitor.recv(timeout=PATIENCE_S)
                 found = {} if isinstance(message, bytes) else json.loads(message)
-                if found.get("percepts"):
-                    return found["percepts"][0]["time_s"]
+                if found.get("predictions"):
+                    return found["predictions"][0]["time_s"]
 
     def is_as_before(self):
         """Tell whether all is over: a good visitor is served, and no file is open any more."""

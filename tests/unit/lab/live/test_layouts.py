@@ -21,7 +21,7 @@ from afferents.models.model import choose_models
 from afferents.progress import Progress
 from afferents.recordings.video import open_video
 from afferents.reporting import explain
-from afferents.reporting.report import figure_data
+from afferents.reporting.data import read_figure_data
 from afferents.store.zarr_store import open_responses
 
 pytestmark = pytest.mark.system
@@ -75,7 +75,7 @@ def model(request, store):
 def test_the_report_shows_no_pixels_beside_the_markers(results):
     summary = json.loads((results / "summary.json").read_text())
     assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
-    data, notes = figure_data(load_results(results), Progress(quiet=True))
+    data, notes = read_figure_data(load_results(results), Progress(quiet=True))
     assert not notes
     shown = np.isfinite(np.concatenate([row.images for row in data.frames["sa1", 1]]))
     assert 0.6 < shown.mean() < 0.8

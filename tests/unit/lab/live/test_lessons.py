@@ -5,6 +5,7 @@ import json
 import math
 import shutil
 import sys
+import threading
 from collections import Counter
 
 import numpy as np
@@ -283,9 +284,15 @@ def test_lines_on_standard_input_begin_and_end_a_lesson(monkeypatch, capsys):
         def stop(self):
             raise InputError("a lesson: expected one that runs, found none")
 
-    lines = ["learn felt at night at 30\n", "learn two words\n", "learn\n", "rest\n", "lean\n"]
-    monkeypatch.setattr(sys, "stdin", lines)
-    control._take_lines(Heard(), lambda: asked.append("rest"))
+    def lines():
+        yield from ("learn felt at night at 30\n", "learn two words\n", "learn\n")
+        yield from ("rest\n", "lean\n")
+        read.set()
+
+    read = threading.Event()
+    monkeypatch.setattr(sys, "stdin", lines())
+    with control.set_rest_on_request(lambda: asked.append("rest"), True, Heard()):
+        assert read.wait(60)
     assert asked == [("felt at night", "30"), ("two words", ""), "rest"]
     assert capsys.readouterr().err.splitlines() == [
         "--control: a lesson: expected one that runs, found none",

@@ -19,14 +19,13 @@ from afferents.lab.live import (
     LivePipeline,
     Sound,
     Wanted,
+    find_sensor,
     open_sources,
     run,
-    sensor_of,
 )
-from afferents.lab.live.follower import Touch
-from afferents.lab.live.images import Filled
 from afferents.lab.live.prediction import Counters, Newest, Prediction
 from afferents.lab.live.terminal import Screen
+from afferents.lab.live.touch import Filled, Touch
 from afferents.lab.live.web.snapshot import LOST, Snapshots, draw_image
 from afferents.markers.grid import Grid
 from afferents.markers.places import covered, image_places
@@ -147,7 +146,7 @@ def test_what_a_source_said_is_shown_longer_than_one_frame(monkeypatch):
     newest.take(Prediction("camera", "looking", 1.1))
     ((shown, _),) = newest.predictions.values()
     assert (shown.state, shown.troubles) == ("looking", ("unplugged",))
-    monkeypatch.setattr("afferents.lab.live.prediction.TOLD_S", 0.0)
+    monkeypatch.setattr("afferents.lab.live.prediction.SHOWN_S", 0.0)
     newest.take(Prediction("camera", "looking", 1.2))
     assert not newest.predictions["camera"][0].troubles
 
@@ -344,7 +343,7 @@ def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_vide
         (("--video", clip, "--fps", -1), "--fps: expected frames a second, above 0"),
         (
             ("--video", clip, "--sensor", "tip_b", "--model", "m.onnx"),
-            "--sensor: expected none beside --model, which carries its own",
+            "--sensor: expected none with --model, which carries its own",
         ),
         (("--video", clip, "--model", "demo"), "sources of the simulated rig"),
     ):
@@ -363,10 +362,10 @@ radius_px = 6.5
 
 
 def test_the_rig_s_own_fingertip_is_known():
-    assert sensor_of("rig:g/50") == load_sensor("tip_b")
-    assert sensor_of("rig", load_sensor("hex127")) == load_sensor("hex127")
-    assert sensor_of("camera:0") is None
-    assert sensor_of(None) is None
+    assert find_sensor("rig:g/50") == load_sensor("tip_b")
+    assert find_sensor("rig", load_sensor("hex127")) == load_sensor("hex127")
+    assert find_sensor("camera:0") is None
+    assert find_sensor(None) is None
 
 
 def test_the_page_tells_what_is_lost_from_what_was_never_there():
@@ -414,8 +413,8 @@ def test_images_are_played_at_the_rate_that_is_given(moving, tmp_path):
     for number, image in enumerate(moving[:12]):
         cv2.imwrite(str(tmp_path / f"{number:03}.png"), image)
     with pytest.raises(InputError, match="the rate at which the images were taken, found neither"):
-        sensor_of(str(tmp_path))
-    sensor = sensor_of(str(tmp_path), fps_hz=10.0)
+        find_sensor(str(tmp_path))
+    sensor = find_sensor(str(tmp_path), fps_hz=10.0)
     (source,) = open_sources(str(tmp_path), None, Wanted(), math.inf, fps_hz=10.0)
     assert source.rate_hz == 10
     pipeline = LivePipeline.without_models([source], sensor)

@@ -12,7 +12,7 @@ import pytest
 from afferents.lab.live import Network, Prediction
 from afferents.lab.live.fingertip import stream
 from afferents.lab.live.outlets import publish
-from afferents.lab.live.places import places_in
+from afferents.lab.live.places import prepare_places
 from afferents.lab.live.signals import UNITS, give_signals
 
 
@@ -114,7 +114,7 @@ def heard(session):
         return readers[0]
 
     tip = stream(clip, clip, sensor="tip_b")
-    give_signals(tip, [*UNITS], [*places_in(["lsl"], ()), reads])
+    give_signals(tip, [*UNITS], [*prepare_places(["lsl"], ()), reads])
     return readers[0]
 
 
@@ -144,7 +144,7 @@ def test_streams_say_what_they_hold(heard):
 
 
 def test_a_device_s_frames_have_their_time_by_lsl_s_clock(heard):
-    (opens,) = places_in(["lsl"], ())
+    (opens,) = prepare_places(["lsl"], ())
     first = replace(heard.touches[0], time_s=time.monotonic() - 5)
     streams = opens(heard.header | {"unix_ahead_s": 1e9}, first)
     reader = Hears(heard.header, first)

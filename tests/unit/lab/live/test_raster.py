@@ -9,10 +9,9 @@ import pytest
 from afferents.channels import Skin
 from afferents.lab.live import Begin, LivePipeline, Sound
 from afferents.lab.live.events import Trouble
-from afferents.lab.live.follower import Touch
-from afferents.lab.live.images import Filled
 from afferents.lab.live.prediction import Counters
 from afferents.lab.live.raster import MarkerRaster, VibrationRaster
+from afferents.lab.live.touch import Filled, Touch
 from afferents.lab.live.web.snapshot import Snapshots
 from afferents.spikes.artificial import artificial_spikes
 
@@ -35,13 +34,14 @@ def recording():
 def frames(recording):
     """Frames as they are given out: lost markers hold what they last showed."""
     detected = ~np.isnan(recording["sa1"].values)
-    held = recording.fillna(3.0)
+    held, before = recording.fillna(3.0), None
     for i, time_s in enumerate(recording["time"].values):
         names = ("sa1", "ra1") if i else ("sa1",)
         markers = {name: held[name].values[i : i + 1] for name in names}
         seen = np.where(detected[i][:, None], 0.0, np.nan) * np.ones((1, 2))
         now = Skin(seen, np.zeros((MARKERS, 2)))
-        touch = Touch(time_s, seen, now, None, 0.01, None, False, Counters())
+        touch = Touch(time_s, seen, now, before, 0.01, None, False, Counters())
+        before = now
         yield time_s, Filled(touch, markers)
 
 

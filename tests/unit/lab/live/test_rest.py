@@ -10,16 +10,9 @@ import termios
 import numpy as np
 import pytest
 
-from afferents.lab.live.rest import REST_FRAMES, NewRest
+from afferents.lab.live.follower import REST_FRAMES, find_rest
 
 REST = np.arange(20.0).reshape(10, 2)
-
-
-def told(positions):
-    new = NewRest()
-    said = [new.feed(position, REST) for position in positions]
-    assert said[:-1] == [None] * (REST_FRAMES - 1)
-    return said[-1]
 
 
 def test_it_is_the_median_and_stays_of_markers_that_are_not_seen():
@@ -27,7 +20,7 @@ def test_it_is_the_median_and_stays_of_markers_that_are_not_seen():
     seen = REST + 3 + noise
     seen[:, 4] = np.nan
     seen[:3, 7] = np.nan
-    rest, what = told(seen)
+    rest, what = find_rest(seen, REST)
     assert what == "rest was set: displacement counts from here"
     np.testing.assert_array_equal(rest[4], REST[4])
     others = np.delete(np.arange(10), 4)
@@ -38,7 +31,7 @@ def test_it_is_the_median_and_stays_of_markers_that_are_not_seen():
     ("step", "found"), [(0.5, "markers that move by 2.2 px"), (np.nan, "no markers")]
 )
 def test_it_is_not_set_where_markers_move_or_are_not_seen(step, found):
-    rest, what = told(REST + step * np.arange(REST_FRAMES)[:, None, None] * [1, 0])
+    rest, what = find_rest(REST + step * np.arange(REST_FRAMES)[:, None, None] * [1, 0], REST)
     assert rest is None
     assert what.startswith("rest was not set: expected a skin that stands still for 10 frames")
     assert what.endswith(f"found {found}; let go, and set it again")
@@ -46,9 +39,9 @@ def test_it_is_not_set_where_markers_move_or_are_not_seen(step, found):
 
 WATCHES = """
 import sys, threading
-from afferents.lab.live.control import set_rest_when_asked
+from afferents.lab.live.control import set_rest_on_request
 asked = threading.Semaphore(0)
-with set_rest_when_asked(asked.release, sys.argv[1] == "lines"):
+with set_rest_on_request(asked.release, sys.argv[1] == "lines"):
     print("ready", flush=True)
     for _ in range(2):
         asked.acquire()

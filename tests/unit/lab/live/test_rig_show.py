@@ -27,7 +27,7 @@ def test_runs_follow_one_another():
         assert np.median(late) - late.min() < 0.05
         sound = list(itertools.islice(RigSound(show).events(), 150))
         assert sum(len(e.samples) for e in sound if isinstance(e, Sound)) == 149 * 441
-        folder = show._folder_of(0).parent
+        folder = show.folder
         assert folder.is_dir()
     finally:
         show.close()

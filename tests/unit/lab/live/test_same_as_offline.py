@@ -37,7 +37,7 @@ from afferents.lab.live import (
     stream,
 )
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.images import Filled, Filling
+from afferents.lab.live.touch import Filled, Filling
 from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
 from afferents.models.model import MODELS

@@ -12,7 +12,7 @@ import pytest
 
 from afferents import load_sensor, track
 from afferents.errors import InputError
-from afferents.lab.live.several import commands_for
+from afferents.lab.live.several import make_commands
 from afferents.markers import sensor as sensors
 
 FIRST = load_sensor("tip_b").rest_frame
@@ -21,7 +21,7 @@ TWO = ("a.avi", "b.avi"), (), ("left.toml", "right.toml")
 
 def test_each_has_files_a_page_and_a_sensor_of_its_own():
     to = ["-", "lsl", "touch.jsonl", "mcap:out/touch.mcap"]
-    commands = commands_for(*TWO, to, 8800, ["--signals", "sa1"])
+    commands = make_commands(*TWO, to, 8800, ["--signals", "sa1"])
     left, right = commands["left"], commands["right"]
     assert left[:5] == ["live", "--video", "a.avi", "--sensor", "left.toml"]
     assert [w for flag, w in pairwise(right) if flag == "--to"] == [
@@ -45,7 +45,7 @@ def test_each_has_files_a_page_and_a_sensor_of_its_own():
 )
 def test_what_does_not_go_together_is_refused(audio, sensor, sentence):
     with pytest.raises(InputError, match=sentence):
-        commands_for(("a.avi", "b.avi"), audio, sensor, [], 8800, [])
+        make_commands(("a.avi", "b.avi"), audio, sensor, [], 8800, [])
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ from afferents import load_sensor, track
 from afferents.errors import InputError
 from afferents.lab.live import places
 from afferents.lab.live.fingertip import stream
-from afferents.lab.live.places import JsonLines, McapFile, places_in
-from afferents.lab.live.signals import UNITS, give_signals, signals_in
+from afferents.lab.live.places import JsonLines, McapFile, prepare_places
+from afferents.lab.live.signals import UNITS, give_signals, parse_signals
 
 from ....limits import files_no_larger_than
 from .conftest import LIVE
@@ -96,7 +96,8 @@ def messages_in(path):
 
 
 def give_to(clip, *places, audio=None):
-    names, opened = signals_in(UNITS if audio else [*UNITS][:-1], audio), places_in(places, ())
+    names = parse_signals(UNITS if audio else [*UNITS][:-1], audio)
+    opened = prepare_places(places, ())
     give_signals(stream(clip, audio, sensor="tip_b"), names, opened)
 
 
@@ -151,7 +152,7 @@ def test_a_disk_that_fills_ends_an_mcap_file_that_is_whole(clip, tmp_path, monke
                 monkeypatch.setattr(places, "ROOM_BYTES", 1 << 62)
 
     bag = tmp_path / "touch.mcap"
-    opened = [partial(Fills, tmp_path / "touch.jsonl"), *places_in([f"mcap:{bag}"], ())]
+    opened = [partial(Fills, tmp_path / "touch.jsonl"), *prepare_places([f"mcap:{bag}"], ())]
     with pytest.raises(InputError, match="the file is whole up to"):
         give_signals(stream(clip, sensor="tip_b"), ["sa1"], opened)
     assert len(messages_in(bag)["/touch/sa1"]) == 9

@@ -5,12 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from afferents.lab.devices.base import CameraSettings
-from afferents.lab.recorder.gate import check_frames, check_speed, count_frames, count_on
+from afferents.lab.recorder.gate import check_frames, check_speed, count_frames, unwrap_numbers
 from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.recordings.run_log import DriveRow, FrameRow, Log
 
-CAMERA = CameraSettings("mine", "MJPG", 640, 480, 90.0)
 PLAN = RecordingPlan(textures=["4"], speeds_mm_s=[60], camera={}, seconds=5.0)
 
 
@@ -18,7 +16,7 @@ def counted(numbers, times_s=None):
     """What became of frames of these numbers in 100 periods."""
     times_s = np.arange(len(numbers)) / 90 if times_s is None else times_s
     rows = [FrameRow(n, t, t, False, False, True) for n, t in zip(numbers, times_s, strict=True)]
-    return count_frames(Log(0.0, rows), CAMERA, 100 / 90)
+    return count_frames(Log(0.0, rows), 90.0, 100 / 90)
 
 
 @pytest.mark.parametrize("bits", [8, 16, 32])
@@ -34,7 +32,7 @@ def test_numbers_that_begin_again_at_0_are_neither_lost_nor_repeated(bits):
 def test_numbers_that_stand_or_fall_a_little_are_repeated():
     assert counted([0, 1, 2, 2, 3, 4]).repeated == (2,)
     assert counted([0, 1, 2, 3, 2, 4]).repeated == (2,)
-    assert count_on([]).size == 0
+    assert unwrap_numbers([]).size == 0
 
 
 def test_a_number_that_leaps_makes_no_list_without_end():

@@ -14,7 +14,7 @@ from tests.unit.films import images_of, write_film
 import afferents
 from afferents.errors import InputError
 from afferents.recordings.video import VideoFile
-from afferents.rig.camera import Camera
+from afferents.rig.camera import RigCamera
 from afferents.rig.record import write_film as write_grey_jpegs
 
 N = 60
@@ -141,7 +141,7 @@ def test_frames_are_copied_even_if_nothing_encodes_such(files, tmp_path, coded_a
     if coded_as == "AV1":
         write_film(video, pictures, "libsvtav1")
     else:
-        camera = Camera(width=64, height=64)
+        camera = RigCamera(width=64, height=64)
         write_grey_jpegs(video, zip(np.arange(N) / 90, pictures, strict=True), camera)
     bring(video, audio, times, tmp_path / "S", "4", 40)
     np.testing.assert_array_equal(images_of(tmp_path / "S/4/40/video.mp4"), images_of(video))

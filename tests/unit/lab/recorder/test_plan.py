@@ -51,7 +51,7 @@ def test_a_sweep_is_recorded_so_often_in_all_and_its_runs_name_no_speed(tmp_path
 
 
 def test_the_example_is_a_plan(tmp_path):
-    assert plan_of(tmp_path, EXAMPLE).total_s == 6.5
+    assert plan_of(tmp_path, EXAMPLE.read_text()).total_s == 6.5
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,8 @@ from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import VideoFile
-from afferents.rig import Rig
+from afferents.rig import Rig, bumped_surface, project
+from afferents.rig.run import simulate_run
 from afferents.store.drum_path import MARK, Drum, logged_path, path_in
 from afferents.store.responses import steady_s
 
@@ -157,12 +158,16 @@ def responses(faulty):
     return found
 
 
-def test_the_tracks_are_those_of_the_film(faulty, bench, responses):
+def test_the_tracks_are_those_of_the_film(faulty, begin, bench, responses):
+    plan = begin().plan
     session, _ = faulty
     frames = pd.read_csv(session / RUN / "frames.csv", skiprows=1)
     at_s = frames.time_s - origin_s(session / RUN / "frames.csv")
     np.testing.assert_allclose(responses.time, at_s, atol=1e-6)
-    true = bench.film.position_px[frames.sequence]
+    (entry,) = plan.entries()
+    rig, run = bench.rig, (plan.total_s + 0.5, plan.seed, entry.seed)
+    moved = simulate_run(rig, "4", bumped_surface(4.0, rig.drum), 60.0, *run)
+    true = project(moved.position_mm, rig.camera)[frames.sequence]
     found = responses.position.values
     seen = slice(responses.attrs["rest_frame"], None)
     assert responses.detected.values[seen].all()

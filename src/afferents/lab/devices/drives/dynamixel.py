@@ -124,7 +124,7 @@ class DynamixelDrive(base.Drive):
     def start(self, speed_mm_s: float) -> None:
         """Turn at the nearest speed that it has a step for."""
         self.require_speed(speed_mm_s)
-        self._write(WATCHDOG, 0)  # clears one that has bitten
+        self._write(WATCHDOG, 0)  # clears one that has stopped the motor
         self._write(WATCHDOG, WATCHDOG_UNITS)
         self._write(GOAL_SPEED, round(speed_mm_s / self._mm_a_turn / TURNS_A_COUNT))
 
@@ -149,7 +149,7 @@ class DynamixelDrive(base.Drive):
         """Stop the drum; never raises."""
         if self._port is None:
             return
-        # Once more after the watchdog is cleared, since one that has bitten takes no speed. Its
+        # Once more after the watchdog is cleared: once it has acted, no speed is taken. Its
         # port may be gone, and the SDK raises whatever comes.
         for address in (GOAL_SPEED, WATCHDOG, GOAL_SPEED):
             with suppress(Exception):
@@ -186,7 +186,7 @@ class DynamixelDrive(base.Drive):
                 except Exception as raised:
                     raise self._lost(reason_of(raised).lower()) from raised
                 if result == 0:
-                    if error & 0x7F:  # bit 7 tells of a hardware fault, which `read` names
+                    if error & 0x7F:  # bit 7 is a hardware fault, which `read` names
                         raise self._lost(f"refused: {self._packets.getRxPacketError(error)}")
                     return read[0] if read else None
                 # An answer that is only late must not answer the next question; the SDK empties

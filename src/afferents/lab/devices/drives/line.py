@@ -23,7 +23,7 @@ CHECKSUMS: dict[str, Callable[[bytes], int]] = {
     "crc16": lambda data: binascii.crc_hqx(data, 0),
 }
 """The number after the ``*`` of a line, by its kind. Two like bytes that are lost leave the XOR as
-it was, so that 36.4517 and 49.584 may come as 36.517 and 49.58; CRC-16/XMODEM tells them."""
+it was, so that 36.4517 and 49.584 may come as 36.517 and 49.58; CRC-16/XMODEM finds it."""
 
 
 def frame_line(text: str, checksum: str) -> bytes:

@@ -17,7 +17,7 @@ from afferents.lab.devices.drives.guard import Guard
 from afferents.lab.devices.drives.line import ANSWER_S, Line, frame_line
 from afferents.lab.devices.drives.template import read_template
 
-TIMES = 3
+STOPS = 3
 """How often a stop is sent where no answer confirms it."""
 
 Amount = Annotated[float, Field(gt=0, lt=1e6)]
@@ -153,7 +153,7 @@ class SerialDrive(base.Drive):
                 for text in self.template.stop:
                     self._line.tell(text)
             with self._speaking:
-                for _ in range(1 if self.template.taken else TIMES):
+                for _ in range(1 if self.template.taken else STOPS):
                     with suppress(Exception):
                         self._say(self.template.stop)
         self._guard.beat(False)

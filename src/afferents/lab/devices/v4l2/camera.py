@@ -52,11 +52,6 @@ class V4l2Options(CameraOptions):
     white_balance_k: int | None = None
     focus: int | None = None
 
-    @property
-    def path(self) -> str:
-        """Path of the device file."""
-        return f"/dev/video{self.device}" if self.device.isdigit() else self.device
-
     def wanted(self) -> list[controls.Wanted]:
         """Return the controls that are to be set."""
         exposure = self.exposure_ms
@@ -85,7 +80,8 @@ class V4l2Camera(Camera):
             If there is none, it is busy, or does not take the format, size or a control.
         """
         self._ended.clear()
-        self._handle = node = Node(self.options.path)
+        device = self.options.device
+        self._handle = node = Node(f"/dev/video{device}" if device.isdigit() else device)
         try:
             self.settings = self._set(node)
         except OSError as error:

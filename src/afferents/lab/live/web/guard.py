@@ -1,4 +1,4 @@
-"""An end to what a visitor may take before it is asked for a token: a place, and some time."""
+"""Limits to what a visitor may take before it shows a token: a place, and some time."""
 
 import asyncio
 from typing import Any
@@ -30,8 +30,8 @@ class TimedConnection(H11Protocol):
     """A connection for one request, answered in time or cut off.
 
     uvicorn's own limits begin with a whole request. One limit for the whole of it bounds a head
-    that comes a byte a second, a body without end, an answer that nobody takes, and a connection
-    on which nothing is said at all.
+    that comes a byte a second, a body without end, an answer that is not taken, and a connection
+    on which nothing is sent at all.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class TimedConnection(H11Protocol):
     """
 
     def __init__(self, places: int, answered_s: float, **uvicorns: Any) -> None:
-        """Nobody is there yet."""
+        """No visitor is there yet."""
         super().__init__(**uvicorns)
         self._places, self._answered_s = places, answered_s
 
@@ -52,14 +52,15 @@ class TimedConnection(H11Protocol):
         if len(self.connections) > self._places:
             transport.write(_AWAY)
             transport.close()
-        self._end = self.loop.call_later(self._answered_s, self._cut)
+
+        def cut() -> None:
+            protocol = self.transport.get_protocol()
+            if not getattr(protocol, "handshake_complete", False):  # else it is a web socket by now
+                self.transport.abort()
+
+        self._end = self.loop.call_later(self._answered_s, cut)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop counting."""
         self._end.cancel()
         super().connection_lost(exc)
-
-    def _cut(self) -> None:
-        speaks = self.transport.get_protocol()
-        if not getattr(speaks, "handshake_complete", False):  # else it is a web socket by now
-            self.transport.abort()

@@ -1,37 +1,33 @@
-"""Serving the page: a small ASGI application on one socket, in a thread of its own."""
+"""Serving the page while a command runs: predictions, or whatever else is shown."""
 
-import asyncio
-import hmac
-import json
+import logging
+import socket
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
-from importlib.resources import files
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote
 
+from afferents.choices import require_number
 from afferents.errors import InputError
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.web.door import check_address, is_loopback, one_line_errors, open_door
+from afferents.lab.live.web.application import Request, is_loopback, make_application
 from afferents.lab.live.web.snapshot import Shown, Snapshots
 from afferents.plugins import import_extra
 
-PAGE = Path(str(files("afferents.lab.live.web"))) / "page"
-EVERY_S = 0.05
-"""A visitor is sent what is new this often, and no more often than it can take."""
-
-Asked = Callable[[str, Mapping[str, str]], bool]
-"""Does what a visitor asks, which may be said more closely, and tells whether it can be done now;
-an `InputError` says why not."""
-
 WAITING_S = 0.5
-"""A page that has nothing new to come sleeps for so long."""
+"""A page that has nothing new to come sleeps for this time."""
+CLOSING_S = 0.5
+"""Visitors have this time to get what was sent last."""
+LEAST_TOKEN = 8
+_SEND_BUFFER = 1 << 18
+"""Bytes that the system buffers for a slow visitor; its default is megabytes of old pictures."""
+_LOGGERS = ("uvicorn.error", "asyncio")
 
 
 def serve(
@@ -52,174 +48,63 @@ def serve(
     pipeline
         That makes them.
     host, port, token
-        As for `page_beside`.
+        As for `serve_page`.
     again
-        Begins anew, for a visitor who asks for it when the source has ended; None where it can't.
+        Begins anew, for a visitor who requests it when the source has ended; None where it can't.
     greeting
-        What else visitors are told at first; see `outlets.give_out`.
+        What else visitors are sent at first; see `outlets.give_out`.
 
     Raises
     ------
     InputError
-        As `page_beside`.
+        As `serve_page`.
     """
     snapshots = Snapshots(pipeline, greeting)
     snapshots.repeats = again is not None
-    asked = threading.Event()
+    lessons, wants_again = pipeline.lessons, threading.Event()
 
-    def request(what: str, said: Mapping[str, str]) -> bool:
+    def request(what: str, details: Mapping[str, str]) -> bool:
         if what == "rest":
             return pipeline.set_rest()
-        if what == "learn" and pipeline.lessons is not None:
-            pipeline.lessons.start(said.get("name", ""), said.get("speed", ""))
-            return True
-        if what == "learnt" and pipeline.lessons is not None:
-            pipeline.lessons.stop()
-            return True
-        can = what == "again" and snapshots.repeats and snapshots.ended is not None
-        if can:
-            asked.set()
-        return can
+        if what == "learn" and lessons is not None:
+            lessons.start(details.get("name", ""), details.get("speed", ""))
+        elif what == "learnt" and lessons is not None:
+            lessons.stop()
+        elif what == "again" and snapshots.repeats and snapshots.ended is not None:
+            wants_again.set()
+        else:
+            return False
+        return True
 
-    with page_beside(snapshots, host, port, token, request):
+    with serve_page(snapshots, host, port, token, request):
         while True:
             for prediction in predictions:
                 snapshots.take(prediction)
             snapshots.ended = "the source has ended"
-            while not asked.wait(WAITING_S):
+            while not wants_again.wait(WAITING_S):
                 pass
             assert again is not None
             snapshots.ended = None
-            asked.clear()
+            wants_again.clear()
             predictions = again()
 
 
-def application(shown: Shown, host: str, token: str | None, request: Asked) -> Any:
-    """Return the ASGI application: the page, its files, one web socket, and what may be asked."""
-    from starlette.applications import Starlette
-    from starlette.middleware import Middleware
-    from starlette.middleware.trustedhost import TrustedHostMiddleware
-    from starlette.requests import Request
-    from starlette.responses import FileResponse, PlainTextResponse, Response
-    from starlette.routing import Mount, Route, WebSocketRoute
-    from starlette.staticfiles import StaticFiles
-    from starlette.websockets import WebSocket, WebSocketDisconnect
-
-    def knows_token(given: str | None) -> bool:
-        return token is None or hmac.compare_digest((given or "").encode(), token.encode())
-
-    async def page(request: Request) -> Response:
-        if not knows_token(request.query_params.get("token")):
-            return PlainTextResponse("The token is missing or wrong: add ?token=...", 403)
-        return FileResponse(PAGE / "index.html")
-
-    async def feed(visitor: WebSocket) -> None:
-        with suppress(WebSocketDisconnect, RuntimeError, ConnectionError):  # it may go any time
-            if not knows_token(visitor.query_params.get("token")) or not _same_origin(visitor):
-                await visitor.close(1008)
-                return
-            await visitor.accept()
-            await _attend(visitor, shown)
-
-    async def do(asked: Request) -> Response:
-        if not knows_token(asked.query_params.get("token")) or not _same_origin(asked):
-            return PlainTextResponse(
-                "The token is missing or wrong, or the page is another's.", 403
-            )
-        try:
-            done = request(asked.path_params["what"], asked.query_params)
-        except InputError as error:
-            return PlainTextResponse(str(error), 409)
-        return PlainTextResponse("done" if done else "not now", 200 if done else 409)
-
-    # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
-    own = ["127.0.0.1", "localhost", "[::1]", host] if is_loopback(host) else ["*"]
-    routed = Starlette(
-        routes=[
-            Route("/", page),
-            WebSocketRoute("/feel", feed),
-            Route("/do/{what}", do, methods=["POST"]),
-            Mount("/page", StaticFiles(directory=PAGE)),
-        ],
-        middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=own)],
-    )
-    return _one_answer(routed)
-
-
-def _one_answer(app: Any) -> Any:
-    """Close every connection after an answer, as each has one place and one time limit."""
-
-    async def answered(scope: Any, receive: Any, send: Any) -> None:
-        async def send_last(message: Any) -> None:
-            if message["type"] == "http.response.start":
-                message["headers"] = [*message.get("headers", []), (b"connection", b"close")]
-            await send(message)
-
-        await app(scope, receive, send_last)
-
-    return answered
-
-
-async def _attend(visitor: Any, shown: Shown) -> None:
-    """Send a visitor the newest of everything until it goes; whatever it says is not heeded."""
-
-    async def listen() -> None:
-        while (await visitor.receive())["type"] != "websocket.disconnect":
-            pass
-
-    gone = asyncio.create_task(listen())
-    try:
-        hello = ""
-        while not gone.done():
-            if (now := json.dumps(shown.hello())) != hello:  # more may be taught
-                hello = now
-                await visitor.send_text(hello)
-            state, jpeg = shown.newest()
-            await visitor.send_text(state)
-            if jpeg is not None:
-                await visitor.send_bytes(jpeg)
-            await asyncio.sleep(EVERY_S)
-    finally:
-        gone.cancel()
-        with suppress(asyncio.CancelledError, RuntimeError):
-            await gone
-
-
-def _same_origin(visitor: Any) -> bool:
-    """Tell whether the page that opens the socket is ours; programs name none."""
-    origin = visitor.headers.get("origin")
-    try:
-        return origin is None or urlsplit(origin).netloc == visitor.headers.get("host")
-    except ValueError:  # no address at all
-        return False
-
-
-# A page beside a command that goes on in the main thread.
-
-CLOSING_S = 0.5
-"""Visitors are left so long to get what was said last."""
-
-
 @contextmanager
-def page_beside(
-    shown: Shown,
-    host: str,
-    port: int,
-    token: str | None,
-    request: Asked,
+def serve_page(
+    shown: Shown, host: str, port: int, token: str | None, request: Request
 ) -> Iterator[None]:
-    """Serve a page while the inside runs.
+    """Serve a page while the inside runs, in a thread of its own.
 
     Parameters
     ----------
     shown
-        What visitors are sent; asked in the server's thread.
+        What visitors are sent; called in the server's thread.
     host, port
         Where; port 0 for any that is free.
     token
         Word that visitors must give as `?token=`; None for none.
     request
-        See `Asked`.
+        See `application.Request`.
 
     Raises
     ------
@@ -231,28 +116,25 @@ def page_beside(
     import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     import uvicorn  # it and what serves a page take half a second to import
 
-    from afferents.lab.live.web.guard import (  # of uvicorn's
-        ANSWERED_S,
-        TimedConnection,
-        count_places,
-    )
+    from afferents.lab.live.web import guard  # of uvicorn's connections
 
     door = open_door(host, port)
+    connection = partial(guard.TimedConnection, guard.count_places(), guard.ANSWERED_S)
     config = uvicorn.Config(
-        application(shown, host, token, request),
+        make_application(shown, host, token, request),
         loop="asyncio",
-        http=partial(TimedConnection, count_places(), ANSWERED_S),  # type: ignore[arg-type]
+        http=connection,  # type: ignore[arg-type]
         ws="websockets-sansio",
-        backlog=16,  # so many are taken at once before the first is counted
+        backlog=16,  # taken at once, before the first is counted
         h11_max_incomplete_event_size=1 << 14,
-        ws_max_size=1 << 10,  # visitors have nothing to say
-        ws_ping_interval=10.0,  # who takes nothing is cut off
+        ws_max_size=1 << 10,  # visitors send nothing of use
+        ws_ping_interval=10.0,  # a visitor that takes nothing is cut off
         ws_ping_timeout=10.0,
         ws_per_message_deflate=False,  # pictures are compressed already
         log_config=None,
         log_level="error",
         access_log=False,
-        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
+        timeout_graceful_shutdown=1,  # visitors do not keep it from stopping
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(
@@ -270,3 +152,78 @@ def page_beside(
             time.sleep(CLOSING_S)
             server.should_exit = True
             thread.join(CLOSING_S + 2.0)
+
+
+def open_door(host: str, port: int) -> socket.socket:
+    """Listen at an address.
+
+    Raises
+    ------
+    InputError
+        If it is taken, not this machine's, or no port.
+    """
+    require_number("--port", port, 0, 65535)
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        door = socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise InputError(
+            f"--port {port}: expected an address of this machine that is free, {host}, found "
+            f"{error.strerror or error!s}; take another --port"
+        ) from error
+    door.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)  # visitors inherit it
+    return door
+
+
+def check_address(host: str, token: str | None) -> None:
+    """Refuse to show a lab to the network by accident.
+
+    Raises
+    ------
+    InputError
+        If others could reach the page without a token, or the token is too short.
+    """
+    if token is not None and len(token) < LEAST_TOKEN:
+        raise InputError(f"--token: expected at least {LEAST_TOKEN} characters, found {len(token)}")
+    if not is_loopback(host) and token is None:
+        raise InputError(
+            f"--host: expected this machine's own address without --token, found {host}; add "
+            "--token WORD, which visitors must give"
+        )
+
+
+class _OneLine(logging.Handler):
+    """Prints the first error in a line, and no other."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)  # what visitors do wrong are warnings
+        self._has_written = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if self._has_written:
+            return
+        self._has_written = True
+        what = record.getMessage().strip().partition("\n")[0]
+        error = record.exc_info[1] if record.exc_info else None
+        why = "" if error is None else f": {error!r}".replace("\n", " ")
+        sys.stderr.write(f"Page: {what}{why} (further ones like it are not printed)\n")
+        sys.stderr.flush()
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Let the server and its event loop print their first error in a line, and nothing else.
+
+    Visitors must not fill a terminal or a disk.
+    """
+    handler = _OneLine()
+    before = {name: logging.getLogger(name).propagate for name in _LOGGERS}
+    for name in _LOGGERS:
+        logging.getLogger(name).addHandler(handler)
+        logging.getLogger(name).propagate = False
+    try:
+        yield
+    finally:
+        for name, propagate in before.items():
+            logging.getLogger(name).removeHandler(handler)
+            logging.getLogger(name).propagate = propagate

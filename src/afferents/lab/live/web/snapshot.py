@@ -12,12 +12,11 @@ import cv2
 import numpy as np
 
 from afferents.dims import RA1, SA1
+from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
-from afferents.lab.live.images import Filled
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest
-from afferents.lab.live.quality import Quality
-from afferents.lab.live.sensor_streams import AudioStream
+from afferents.lab.live.touch import Filled
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
 
@@ -31,12 +30,12 @@ _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 
 
 class Shown(ABC):
-    """What visitors are sent; drawn up only while somebody looks on.
+    """What visitors are sent; drawn up only while there are any.
 
     Attributes
     ----------
     fresh_s
-        What is drawn up serves all visitors for so long.
+        What is drawn up serves all visitors for this time.
     """
 
     fresh_s: float
@@ -83,7 +82,7 @@ class Snapshots(Shown, Newest):
         self.repeats = False
 
     def hello(self) -> dict[str, Any]:
-        """Return what does not change: who says something, models, or none of them."""
+        """Return what does not change: the models, or none."""
         return {
             "type": "hello",
             "has_rest": self._pipeline.video is not None,
@@ -100,49 +99,45 @@ class Snapshots(Shown, Newest):
 
     def state(self) -> dict[str, Any]:
         """Return the newest of everything but the picture."""
-        now_s, lessons = time.monotonic(), self._pipeline.lessons
-        return {
+        now_s, pipeline = time.monotonic(), self._pipeline
+        video, audio, lessons = pipeline.video, pipeline.audio, pipeline.lessons
+        content: dict[str, Any] = {
             "type": "state",
             "ended": self.ended,
             "repeats": self.repeats,
-            "percepts": [
+            "predictions": [
                 {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
                 for prediction, taken_s in list(self.predictions.values())
             ],
-            "video": self._video(),
-            "audio": self._audio(),
+            "video": None,
+            "audio": None,
             "lessons": lessons and lessons.state(),
-            "spikes": [trains.to_dict() for trains in self._pipeline.trains()],
+            "spikes": [trains.to_dict() for trains in pipeline.trains()],
         }
-
-    def _video(self) -> dict[str, Any] | None:
-        video = self._pipeline.video
-        if video is None:
-            return None
-        newest, picture, sensor = video.newest, video.picture, video.follower.sensor
-        content: dict[str, Any] = {
-            "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
-            "sensor": video.follower.describe(),
-            "quality": _in_words(video.quality),
-            "masks": [] if sensor is None else sensor.picture.masks,
-        }
-        if newest is not None and picture is not None:
-            content |= {"size": picture.frame.luma.shape[::-1], **draw_markers(newest)}
+        if video is not None:
+            newest, picture, sensor = video.newest, video.picture, video.follower.sensor
+            content["video"] = {
+                "rate_hz": round(video.quality.numbers.get("fps_hz", video.rate_hz), 1),
+                "sensor": video.follower.describe(),
+                "quality": [figure._asdict() for figure in video.quality.figures()],
+                "masks": [] if sensor is None else sensor.picture.masks,
+            }
+            if newest is not None and picture is not None:
+                size = picture.frame.luma.shape[::-1]
+                content["video"] |= {"size": size, **draw_markers(newest)}
+        if audio is not None:
+            content["audio"] = {
+                "rate_hz": round(audio.rate_hz),
+                "quality": [figure._asdict() for figure in audio.quality.figures()],
+                **draw_spectrum(audio),
+            }
         return content
-
-    def _audio(self) -> dict[str, Any] | None:
-        audio = self._pipeline.audio
-        if audio is None:
-            return None
-        quality = _in_words(audio.quality)
-        return {"rate_hz": round(audio.rate_hz), "quality": quality, **draw_spectrum(audio)}
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
-        video = self._pipeline.video
-        if video is None or video.picture is None:
+        picture = None if self._pipeline.video is None else self._pipeline.video.picture
+        if picture is None:
             return None
-        picture = video.picture
         if picture is not self._encoded[0]:
             options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
             _, encoded = cv2.imencode(".jpg", picture.frame.image, options)
@@ -150,14 +145,14 @@ class Snapshots(Shown, Newest):
         return self._encoded[1]
 
 
-def draw_markers(felt: Filled) -> dict[str, Any]:
+def draw_markers(filled: Filled) -> dict[str, Any]:
     """Return where the markers of a frame are, px, and their tactile images, as JSON has them."""
-    seen, found = felt.touch.seen, felt.touch.detected
+    seen, found = filled.touch.seen, filled.touch.detected
     return {
         "markers": np.where(found[:, None], seen, -1).round(1).tolist(),
         "ring_px": ring_px(seen[found]),
-        "unit": felt.touch.now.unit,
-        **{name: draw_image(felt, name) for name in (SA1, RA1)},
+        "unit": filled.touch.now.unit,
+        **{name: draw_image(filled, name) for name in (SA1, RA1)},
     }
 
 
@@ -169,17 +164,17 @@ def draw_spectrum(audio: AudioStream) -> dict[str, Any]:
     return {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
 
 
-def draw_image(felt: Filled, name: str) -> list[Any] | None:
+def draw_image(filled: Filled, name: str) -> list[Any] | None:
     """Return the tactile image of a channel as JSON has it; None where there is none.
 
     A pixel is None where no marker stands, and `LOST` at the one nearest to a lost marker.
     """
-    image, grid = felt.image(name), felt.touch.grid
+    image, grid = filled.image(name), filled.touch.grid
     if image is None or grid is None:
         return None
     row, column = grid.row, grid.column
     drawn = np.round(image.astype(float), _DIGITS).astype(object)
-    gone = ~felt.touch.detected
+    gone = ~filled.touch.detected
     lost = np.rint([row[gone], column[gone]]).astype(int)
     drawn[tuple(np.clip(lost.T, 0, np.array(image.shape) - 1).T)] = LOST
     drawn[~covered(row, column)] = None
@@ -189,7 +184,3 @@ def draw_image(felt: Filled, name: str) -> list[Any] | None:
 def ring_px(found: Positions) -> float:
     """Return the radius of the rings drawn round markers, px: they do not touch."""
     return round(max(_LEAST_RING_PX, _RING_SHARE * spacing_px(found)), 1) if len(found) > 1 else 9.0
-
-
-def _in_words(quality: Quality) -> list[dict[str, str]]:
-    return [figure._asdict() for figure in quality.figures()]

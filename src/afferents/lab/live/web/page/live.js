@@ -97,37 +97,37 @@ function row(name) {
   return parts;
 }
 
-function showModel(view, percept) {
-  const fresh = percept.fresh && percept.age_s < STALE_S;
+function showModel(view, prediction) {
+  const fresh = prediction.fresh && prediction.age_s < STALE_S;
   view.article.classList.toggle("stale", !fresh);
-  const ranked = [...view.model.textures].sort((a, b) => percept.evidence[b] - percept.evidence[a]);
-  const leader = ranked[0], share = Math.round(100 * percept.evidence[leader]);
-  const after = percept.sure_after_s;
+  const ranked = [...view.model.textures].sort((a, b) => prediction.evidence[b] - prediction.evidence[a]);
+  const leader = ranked[0], share = Math.round(100 * prediction.evidence[leader]);
+  const after = prediction.sure_after_s;
   const sure = after === null ? "" : after < 0.05 ? ", sure at once" : `, sure after ${after.toFixed(1)} s`;
-  const unknown = fresh && percept.state === "unknown";
+  const unknown = fresh && prediction.state === "unknown";
   view.article.classList.toggle("unknown", unknown);
   let felt = `${leader}`, how = `${share}%${sure}`;
-  if (!fresh) [felt, how] = [percept.state === "waiting" ? "waiting" : "nothing fresh", ""];
+  if (!fresh) [felt, how] = [prediction.state === "waiting" ? "waiting" : "nothing fresh", ""];
   else if (unknown) [felt, how] = ["unknown", "like nothing it has learnt"];
-  else if (percept.state === "untouched") [felt, how] = ["no touch", "the skin is at rest"];
+  else if (prediction.state === "untouched") [felt, how] = ["no touch", "the skin is at rest"];
   view.felt.replaceChildren(felt === leader ? called(view.model, felt) : felt, " ", make("small", { textContent: how }));
   view.felt.dataset.felt = felt;
-  if (percept.troubles.length) view.trouble.textContent = percept.troubles.at(-1);
+  if (prediction.troubles.length) view.trouble.textContent = prediction.troubles.at(-1);
   else if (fresh) view.trouble.textContent = "";
   const shown = new Set(view.all ? ranked : ranked.slice(0, MOST));
   const cells = [];
   for (const [texture, parts] of view.rows) {
     if (!shown.has(texture)) continue;
-    const now = Math.min(percept.probabilities[texture] ?? 0, view.model.most_sure); // no surer than it was found right
-    parts.all.style.width = `${100 * percept.evidence[texture]}%`;
+    const now = Math.min(prediction.probabilities[texture] ?? 0, view.model.most_sure); // no surer than it was found right
+    parts.all.style.width = `${100 * prediction.evidence[texture]}%`;
     parts.now.style.width = `${100 * now}%`;
-    parts.share.textContent = `${Math.round(100 * percept.evidence[texture])}%`;
+    parts.share.textContent = `${Math.round(100 * prediction.evidence[texture])}%`;
     cells.push(...parts.cells);
   }
   if (view.bars.childElementCount !== cells.length || !view.all) view.bars.replaceChildren(...cells);
-  drawHistory(view, fresh ? percept.evidence : null);
-  view.counts.textContent = counted(percept);
-  listFaults(view, percept.troubles);
+  drawHistory(view, fresh ? prediction.evidence : null);
+  view.counts.textContent = counted(prediction);
+  listFaults(view, prediction.troubles);
   return `${view.model.title}: ${felt} ${how}`;
 }
 
@@ -142,10 +142,10 @@ function listFaults(view, troubles) {
       make("p", { textContent: `${text} ${n > 1 ? `${n} times, last at` : "At"} ${at}.` })));
 }
 
-function counted(percept, moment = true) {
-  const { frames, samples, ...faults } = percept.counters;
-  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from memory to prediction`];
-  if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of markers seen`);
+function counted(prediction, moment = true) {
+  const { frames, samples, ...faults } = prediction.counters;
+  const parts = prediction.latency_ms === null || !moment ? [] : [`${prediction.latency_ms.toFixed(1)} ms from memory to prediction`];
+  if (prediction.markers_found !== null && moment) parts.push(`${Math.round(100 * prediction.markers_found)}% of markers seen`);
   for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ").replace(n === 1 ? /s$/ : "", "")}`);
   return parts.join(" · ");
 }
@@ -222,9 +222,9 @@ function showSpikes(classes) {
   $("fired").textContent = `Spikes a unit, on average: ${counts.join(", ")}`;
 }
 
-function showQuality(percepts) {
+function showQuality(predictions) {
   const figures = [...(state.video?.quality ?? []), ...(state.audio?.quality ?? [])];
-  const troubles = models.size ? [] : percepts.flatMap(troublesOf);
+  const troubles = models.size ? [] : predictions.flatMap(troublesOf);
   const issues = [...troubles, ...figures.map((figure) => figure.issue).filter(Boolean)];
   $("quality").hidden = !figures.length && !issues.length;
   $("quality").querySelector("dl").replaceChildren(...figures.map((figure) => make("div",
@@ -232,19 +232,19 @@ function showQuality(percepts) {
     make("dt", { textContent: figure.name }), make("dd", { textContent: figure.value }))));
   $("quality").querySelector("ul").replaceChildren(
     ...[...new Set(issues)].map((issue) => make("li", { textContent: issue })));
-  const faults = models.size ? [] : percepts.map((percept) => [percept.model, counted(percept, false)]);
+  const faults = models.size ? [] : predictions.map((prediction) => [prediction.model, counted(prediction, false)]);
   $("faults").textContent = faults.filter(([, counts]) => counts)
     .map(([name, counts]) => `${name} since the start: ${counts}`).join("; ");
 }
 
 // What went wrong with a stream that is looked at; the newest is kept until something comes again.
 const troubled = new Map();
-function troublesOf(percept) {
-  const fresh = percept.fresh && percept.age_s < STALE_S;
-  if (percept.troubles.length) troubled.set(percept.model, percept.troubles.at(-1));
-  else if (fresh) troubled.delete(percept.model);
-  const said = [troubled.get(percept.model)];
-  if (!fresh && !state.ended) said.unshift(`Nothing fresh from the ${percept.model}: ${percept.state}.`);
+function troublesOf(prediction) {
+  const fresh = prediction.fresh && prediction.age_s < STALE_S;
+  if (prediction.troubles.length) troubled.set(prediction.model, prediction.troubles.at(-1));
+  else if (fresh) troubled.delete(prediction.model);
+  const said = [troubled.get(prediction.model)];
+  if (!fresh && !state.ended) said.unshift(`Nothing fresh from the ${prediction.model}: ${prediction.state}.`);
   return said.filter(Boolean);
 }
 
@@ -258,12 +258,12 @@ function show() {
   if (state.lessons) showLessons(state.lessons);
   if (paused) return;
   $("link").textContent = state.ended ?? "live";
-  const said = state.percepts.filter(isOfItsModel).map((p) => showModel(models.get(p.model), p));
+  const said = state.predictions.filter(isOfItsModel).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
   showSpikes(state.spikes);
-  showQuality(state.percepts);
-  const truth = state.percepts.map((p) => p.truth).find(Boolean);
+  showQuality(state.predictions);
+  const truth = state.predictions.map((p) => p.truth).find(Boolean);
   $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
   if (performance.now() - saidAt > 2000) {
     saidAt = performance.now();

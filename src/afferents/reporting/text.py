@@ -1,7 +1,7 @@
 """What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
 
 import shlex
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,25 +13,14 @@ from afferents.evaluation.options import TrainingOptions, shell_words
 from afferents.evaluation.results import Lost, Outcome, Summary
 from afferents.folds.held_out import SPEED, ByPair
 from afferents.models.model import MODELS
-from afferents.reporting.comparisons import differ_in_one_thing, points
-from afferents.reporting.labels import (
-    PROTOCOL_TITLES,
-    control_asked,
-    interval_note,
-    model_title,
-    outcomes,
-    percent,
-    picked_by_tested,
-    texture_names,
-)
-from afferents.reporting.published import published_families
-from afferents.reporting.tables import across_modalities, mean_and_interval
+from afferents.reporting import compare, labels, published, tables
+from afferents.reporting.labels import PROTOCOL_TITLES, caption, model_title, percent
 
 WORST_SHOWN = 3
 _OF_ANY_MODEL = ("split", "steady", "without", "held_out", "textures", "speeds")
 """Options of the data, which every model takes."""
 STORE = "store"
-"""Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
+"""Kind of data that `extract` wrote; other kinds are tables, which no live model reads."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +33,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Winner:
-    """The model that a report speaks of first, what it came to under a protocol, and the others.
+    """The model that a report speaks of first, and what all came to under one protocol.
 
     `rivals` are the outcomes of all models under that protocol, its own among them.
     """
@@ -52,8 +41,17 @@ class Winner:
     model: str
     protocol: str
     recommended: bool
-    found: Outcome
     rivals: dict[str, Outcome]
+
+    @property
+    def found(self) -> Outcome:
+        """What it came to."""
+        return self.rivals[self.model]
+
+
+def find_best(rivals: Mapping[str, Outcome]) -> str:
+    """Return the name of the most accurate model, the first of equals."""
+    return max(rivals, key=lambda name: rivals[name].mean_accuracy)
 
 
 def winner(summary: Summary) -> Winner | None:
@@ -61,14 +59,13 @@ def winner(summary: Summary) -> Winner | None:
 
     Under the strictest protocol that was run.
     """
-    for protocol in PROTOCOL_TITLES:
-        found = {model: one for model, its, one in outcomes(summary) if its == protocol}
-        if found:
-            wanted = summary.recommended
-            best = max(found, key=lambda name: found[name].mean_accuracy)
-            named = wanted if wanted in found else best
-            return Winner(named, protocol, wanted in found, found[named], found)
-    return None
+    protocols = labels.list_protocols(summary)
+    if not protocols:
+        return None
+    found = {model: one for model, its, one in labels.outcomes(summary) if its == protocols[0]}
+    recommended = summary.recommended in found
+    named = summary.recommended if recommended else find_best(found)
+    return Winner(named, protocols[0], recommended, found)
 
 
 def headline(summary: Summary) -> str:
@@ -79,46 +76,57 @@ def headline(summary: Summary) -> str:
     split, found = summary.split, won.found
     title, protocol = model_title(won.model, summary), PROTOCOL_TITLES[won.protocol]
     where = f"at {split.many} that it never learnt from"
-    where += f", in a {control_asked(summary)}" * (summary.control != "none")
-    chance = f"guessing gives {percent(summary.chance)}%"
+    where += f", in a {labels.name_control(summary)}" * (summary.control != "none")
+    accuracy, chance = tables.mean_and_interval(found), percent(summary.chance)
     if nothing_learnt(summary, won):
         return (
-            f"Nothing was learnt: {title} recognises the texture in {mean_and_interval(found)}% of "
-            f"the samples {where} ({protocol}), and {chance}."
+            f"Nothing was learnt: {title} recognises the texture in {accuracy}% of the samples "
+            f"{where} ({protocol}), and guessing gives {chance}%."
         )
+    unit = f"{summary.intervals.n} {summary.intervals.bootstrap_unit}s"
+    few = f" {unit} are too few to tell that from guessing." * (found.ci95[0] <= summary.chance)
     return (
         f"{title}, {'which we recommend' if won.recommended else 'which did best'}, recognises the "
-        f"texture in {mean_and_interval(found)}% of the samples {where} ({protocol}; 95% interval "
-        f"in brackets), where {chance}.{_too_few(summary, found)} It did worst "
-        f"{split.at([found.worst])}, with {percent(found.by[found.worst])}%."
+        f"texture in {accuracy}% of the samples {where} ({protocol}; 95% interval in brackets), "
+        f"where guessing gives {chance}%.{few} It did worst {split.at([found.worst])}, with "
+        f"{percent(found.by[found.worst])}%."
     )
 
 
 def nothing_learnt(summary: Summary, won: Winner) -> bool:
-    """Tell whether guessing does as well."""
+    """Return whether guessing does as well."""
     return won.found.mean_accuracy <= summary.chance
 
 
-def _too_few(summary: Summary, found: Outcome) -> str:
-    """Return that so few can't tell a model from guessing, where the interval holds chance."""
-    few = f" {summary.intervals.n} {summary.intervals.bootstrap_unit}s are too few to tell that"
-    return f"{few} from guessing." if found.ci95[0] <= summary.chance else ""
-
-
-def what_was_held_out(summary: Summary) -> str:
-    """Return it in a line."""
+def describe_held_out(summary: Summary) -> str:
+    """Return what was held out, in a line."""
     split, keys = summary.split, summary.held_out_keys
     whole = split.ordered and summary.all_held_out
     named = f"{keys[0]} to {keys[-1]}" if whole else ", ".join(keys)
-    named += split.unit
-    return f"Held out, each in turn: {len(keys)} {split.many}, {named}."
+    return f"Held out, each in turn: {len(keys)} {split.many}, {named}{split.unit}."
 
 
-def what_was_asked(summary: Summary) -> str:
-    """Return what was held out, for somebody who has not read the paper."""
-    split, keys = summary.split, summary.held_out_keys
+def describe_question(summary: Summary) -> str:
+    """Return what was held out, learnt from and tested, for who has not read the paper."""
+    split, keys, options = summary.split, summary.held_out_keys, summary.options
+    learnt = "the recordings of" if split.whole else "the parts of recordings in"
+    others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
+    these = "this one"
+    if "test_only" in options:
+        only = ", ".join(f"{name}={value}" for name, value in options["test_only"].items())
+        others, these = f"{others} that are not of {only}", f"{these} that is of {only}"
+    if "train_speeds" in options:
+        others = f"{options['train_speeds']} of {others}"
+    half = labels.list_protocols(summary) == ["published"]
+    picked = half and any(
+        labels.picked_by_tested(summary, one) for _, _, one in labels.outcomes(summary)
+    )
+    held_out = (
+        f"Each in turn was held out: a model learnt from {learnt} {others}, and then had to "
+        f"recognise the texture in {'half of the samples' if half else 'every sample'} of {these}."
+        f"{' The other half picked the model.' * picked}"
+    )
     n = f"{len(summary.textures)} textures"
-    held_out = f"Each in turn was held out: {_learnt_and_tested(summary)}"
     if not summary.all_held_out:
         return f"{n}. Of the {split.many}, {', '.join(keys)}{split.unit} were held out. {held_out}"
     if not split.whole:
@@ -132,27 +140,7 @@ def what_was_asked(summary: Summary) -> str:
     )
 
 
-def _learnt_and_tested(summary: Summary) -> str:
-    """Return from what models learnt where something was held out, and on what they were tested."""
-    split, options = summary.split, summary.options
-    learnt = "the recordings of" if split.whole else "the parts of recordings in"
-    others = "those that share nothing with it" if isinstance(split, ByPair) else "the others"
-    these = "this one"
-    if "test_only" in options:
-        only = ", ".join(f"{name}={value}" for name, value in options["test_only"].items())
-        others, these = f"{others} that are not of {only}", f"{these} that is of {only}"
-    if "train_speeds" in options:
-        others = f"{options['train_speeds']} of {others}"
-    half = {protocol for _, protocol, _ in outcomes(summary)} == {"published"}
-    picked = half and any(picked_by_tested(summary, one) for _, _, one in outcomes(summary))
-    return (
-        f"a model learnt from {learnt} {others}, and then had to recognise the texture in "
-        f"{'half of the samples' if half else 'every sample'} of {these}."
-        f"{' The other half picked the model.' * picked}"
-    )
-
-
-def what_was_lost(lost: Lost | None) -> str:
+def describe_lost(lost: Lost | None) -> str:
     """Return how many markers were lost, and what models are given in their place; of any."""
     if lost is None:
         return ""
@@ -171,62 +159,65 @@ def what_was_lost(lost: Lost | None) -> str:
     )
 
 
-def beside_the_winner(summary: Summary) -> list[str]:
-    """Return what else there is to know of it: recordings, the worst groups, others, mistakes."""
+def list_findings(summary: Summary) -> list[str]:
+    """Return what else is known of the winner: recordings, worst groups, rivals, mistakes."""
     won = winner(summary)
     if won is None:
         return []
-    recordings = mean_and_interval(won.found.recordings)
-    split = summary.split
+    split, by = summary.split, won.found.by
+    recordings = tables.mean_and_interval(won.found.recordings)
     whole = "whole recordings" if split.whole else f"the parts of recordings in {split.one}"
     whole = "halves of recordings" if won.protocol == "published" else whole
-    said = [
-        _within_modality(summary, won),
-        across_modalities(summary.models).strip(),
-        f"It recognises the texture of {recordings}% of {whole}, from all their samples together.",
-        _worst_groups(summary, won),
-        _others(summary, won),
-        _mistake(summary, won),
+    worst = ", ".join(
+        f"{split.printed(group)} {percent(by[group])}%"
+        for group in sorted(by, key=lambda group: by[group])[:WORST_SHOWN]
+    )
+    return [
+        text
+        for text in (
+            _compare_within_modality(summary, won),
+            caption("across") if tables.spans_modalities(summary.models) else "",
+            f"It recognises the texture of {recordings}% of {whole}, from all their samples "
+            "together.",
+            f"From the worst: {worst}." if len(by) > 1 else "",
+            _compare_rivals(summary, won),
+            _describe_mistake(summary, won),
+        )
+        if text
     ]
-    return [text for text in said if text]
 
 
-def _within_modality(summary: Summary, won: Winner) -> str:
+def _compare_within_modality(summary: Summary, won: Winner) -> str:
     """Return by how much the paper's models differ that differ in one thing, here and there."""
-    paper = {name: family.mean_percent for name, family in published_families().items()}
+    paper = {name: one.mean_percent for name, one in published.published_families().items()}
     pairs = [
-        f"{model_title(one.model, summary)} over {model_title(one.than, summary)} {points(one)}"
-        + f" (paper {paper[one.model] - paper[one.than]:+d})" * (summary.split == SPEED)
+        f"{model_title(one.model, summary)} over {model_title(one.than, summary)} "
+        f"{compare.format_points(one)}"
+        + f" (paper {paper[one.model] - paper[one.than]:+d})"
+        * (summary.split == SPEED)
         for one in summary.comparisons
         if one.protocol == won.protocol
         and {one.model, one.than} <= paper.keys()
-        and differ_in_one_thing(one.model, one.than)
+        and compare.differ_in_one_thing(one.model, one.than)
     ]
     return f"Within a modality, in percentage points: {'; '.join(pairs)}." if pairs else ""
 
 
-def _worst_groups(summary: Summary, won: Winner) -> str:
-    split, by = summary.split, won.found.by
-    worst = sorted(by, key=lambda group: by[group])[:WORST_SHOWN]
-    listed = ", ".join(f"{split.printed(group)} {percent(by[group])}%" for group in worst)
-    return f"From the worst: {listed}." if len(by) > 1 else ""
-
-
-def _others(summary: Summary, won: Winner) -> str:
+def _compare_rivals(summary: Summary, won: Winner) -> str:
     """Return which model did better, or how many it was better than."""
-    best = max(won.rivals, key=lambda name: won.rivals[name].mean_accuracy)
     if len(won.rivals) == 1:
         return "No other model was evaluated."
-    if won.rivals[best].mean_accuracy == won.found.mean_accuracy:
+    best = find_best(won.rivals)
+    accuracy = won.rivals[best].mean_accuracy
+    if accuracy == won.found.mean_accuracy:
         return f"It did best of the {len(won.rivals)} models evaluated."
-    title, better = model_title(best, summary), percent(won.rivals[best].mean_accuracy)
     return (
-        f"{title} did better here, with {better}%. What we recommend was picked once, on the "
-        "simulated rig, and not by this test."
+        f"{model_title(best, summary)} did better here, with {percent(accuracy)}%. What we "
+        "recommend was picked once, on the simulated rig, and not by this test."
     )
 
 
-def _mistake(summary: Summary, won: Winner) -> str:
+def _describe_mistake(summary: Summary, won: Winner) -> str:
     """Return which texture it most often took for which other."""
     counts = np.array(won.found.confusion, dtype=float)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
@@ -234,24 +225,24 @@ def _mistake(summary: Summary, won: Winner) -> str:
     true, taken = np.unravel_index(share.argmax(), share.shape)
     if share[true, taken] == 0:
         return ""
-    names = list(texture_names(summary.textures, summary.named_by_spacing).values())
+    names = list(labels.texture_names(summary.textures, summary.named_by_spacing).values())
     return (
         f"Its most frequent mistake is to take {names[true]} for {names[taken]}: "
         f"{percent(share[true, taken])}% of the samples of {names[true]}."
     )
 
 
-def sureness(summary: Summary) -> str:
+def describe_uncertainty(summary: Summary) -> str:
     """Return what intervals were drawn over, and what they leave out."""
     once = any(
         len(found.seeds) == 1 and any(map(any, found.epochs.values()))
-        for _, _, found in outcomes(summary)
+        for _, _, found in labels.outcomes(summary)
     )
     alone = " Networks were trained once: how far trainings differ is not in them (--seeds 3)."
-    return interval_note(summary) + alone * once
+    return labels.interval_note(summary) + alone * once
 
 
-def next_steps(summary: Summary, results: Path | None = None) -> list[Step]:
+def list_next_steps(summary: Summary, results: Path | None = None) -> list[Step]:
     """Return what to do next, the most urgent first; nothing of a control, or at chance.
 
     Parameters
@@ -262,10 +253,11 @@ def next_steps(summary: Summary, results: Path | None = None) -> list[Step]:
     won = winner(summary)
     if won is None or nothing_learnt(summary, won) or summary.control != "none":
         return []
-    return list(_steps(summary, won, results))
+    return [*_improve(summary, won), *_keep(summary, won, results)]
 
 
-def _steps(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
+def _improve(summary: Summary, won: Winner) -> Iterator[Step]:
+    """Yield what would make the numbers better, or say more."""
     sources = [data.source for data in summary.data]
     if summary.preset == "quick":
         yield Step(
@@ -274,11 +266,12 @@ def _steps(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step
         )
     wanted = summary.recommended
     if wanted and wanted not in {*won.rivals, *summary.lengths}:
-        title, again = model_title(wanted, summary), ["afferents", "evaluate", *sources]
-        asked = _handed_on(summary, _OF_ANY_MODEL)
+        same = _repeat_options(summary, _OF_ANY_MODEL)
+        again = ["afferents", "evaluate", *sources, *same, "--models", "best", "--out", "BEST"]
+        title = model_title(wanted, summary)
         yield Step(
             f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
-            shlex.join([*again, *asked, "--models", "best", "--out", "BEST"]),
+            shlex.join(again),
         )
     if any(data.simulated for data in summary.data):
         yield Step(
@@ -301,40 +294,41 @@ def _steps(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step
             )
         else:
             yield Step(f"Record at speeds near {split.printed(worst)}, where it did worst.")
-    yield from _use_it(summary, won, results)
 
 
-def _handed_on(summary: Summary, names: Collection[str]) -> list[str]:
-    """Return the words that ask for the same cut and preset, and the same of these options."""
+def _repeat_options(summary: Summary, names: Collection[str]) -> list[str]:
+    """Return the words of a command for the same cut and preset, and the same of these options."""
     same = {name: value for name, value in summary.options.items() if name in names}
     same |= {"cut": summary.cut} if summary.cut != "all" else {}
     return shell_words(same | ({"preset": "paper"} if summary.preset == "paper" else {}))
 
 
-def _use_it(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
+def _keep(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]:
     """Yield how to keep a model and run it live: the one spoken of, or the best that can be."""
     # who only reads sentences needs no torch
     from afferents.evaluation.data import find_sources
     from afferents.evaluation.train import can_run_live
 
-    able = [name for name in won.rivals if name in MODELS and can_run_live(MODELS[name])]
+    able = {
+        name: found
+        for name, found in won.rivals.items()
+        if name in MODELS and can_run_live(MODELS[name])
+    }
     title, why = model_title(won.model, summary), ""
     if not able:
         if won.model in MODELS:
             yield Step(f"{title} can be evaluated, but not trained to be kept.")
         return
-    best = max(able, key=lambda name: won.rivals[name].mean_accuracy)
-    name = won.model if won.model in able else best
+    name = won.model if won.model in able else find_best(able)
     if name != won.model:
-        accuracy = percent(won.rivals[name].mean_accuracy)
         why = (
             f"{title} can't be trained to be kept; of those evaluated the best that can is "
-            f"{model_title(name, summary)} ({accuracy}%). "
+            f"{model_title(name, summary)} ({percent(able[name].mean_accuracy)}%). "
         )
     source = summary.data[0].source  # `train` takes one
     encodings = [one.encoding for one in find_sources(MODELS[name], Encodings())]
     own = {name for one in encodings for name in one.options()}
-    options = _handed_on(summary, own | TrainingOptions.model_fields.keys())
+    options = _repeat_options(summary, own | TrainingOptions.model_fields.keys())
     options += ["--results", str(results)] if results else []
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", name, *options])
     if any(data.kind != STORE for data in summary.data):
