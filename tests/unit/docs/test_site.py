@@ -151,3 +151,11 @@ def test_what_the_page_on_security_says_is_where_it_says(what, where):
         if re.search(what, path.read_text(encoding="utf-8"))
     }
     assert found == where
+
+
+def test_files_that_are_named_to_be_read_are_there():
+    text = (DOCS / "architecture.md").read_text()
+    table = text[text.index("| read | and see |") : text.index("## The packages")]
+    named = re.findall(r"`([a-z_/0-9]+\.py)`", table)
+    assert len(named) > 30
+    assert [one for one in named if not (ROOT / "src/afferents" / one).is_file()] == []
