@@ -38,11 +38,12 @@ def picture_images(shown: data.FigureData, source: str, figures: Figures) -> Ite
     """Draw Figures 8 and 10, with frames in a row, and as the paper has them also 20 apart."""
     printed = figures == "paper"
     for (channel, apart), rows in shown.frames.items():
-        unit, number = rows[0].unit, {dims.SA1: 8, dims.RA1: 10}[channel]
+        unit = rows[0].unit
         part = "cell" if unit.startswith(dims.GREY_LEVELS) else "marker"
-        response = f"How far each {part} is from rest, {unit}"
-        if channel == dims.RA1:
-            response = f"Change of SA-I of each {part}, {unit}"
+        number, response = {
+            dims.SA1: (8, f"How far each {part} is from rest, {unit}"),
+            dims.RA1: (10, f"Change of SA-I of each {part}, {unit}"),
+        }[channel]
         name, title = f"figure{number:02}", f"Figure {number}. {draw.NAMES[channel]} tactile images"
         frames = "frames in a row"
         if printed:
