@@ -10,8 +10,10 @@ from typing import Any
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
+from afferents.recordings.description import DataSetFile, Signal, read_data_set_file
 from afferents.recordings.labels import read_labels, row_of
-from afferents.recordings.media import as_speed, left_out
+from afferents.recordings.media import left_out
+from afferents.recordings.pattern import as_speed
 from afferents.recordings.series import (
     JoinedFiles,
     SeriesFile,
@@ -19,7 +21,6 @@ from afferents.recordings.series import (
     resampling_sentences,
     unchecked_sentences,
 )
-from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
 from afferents.store.recording import Recording, RecordingSet, as_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError, reading
-from afferents.recordings.tables import Labels, read_texts
+from afferents.recordings.description import Labels
+from afferents.recordings.tables import read_texts
 
 Row = Mapping[str, str]
 """By what it says: texture, speed, or the name of a condition."""

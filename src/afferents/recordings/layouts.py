@@ -11,15 +11,12 @@ from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
     IMAGES,
-    SPEED,
-    TEXTURE,
-    Pattern,
-    as_speed,
     is_sound,
     is_video,
     media_in,
     named,
 )
+from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, as_speed
 from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
 from afferents.recordings.session_file import (
     SESSION_FILE,

@@ -36,7 +36,7 @@ from afferents.models.taught import MODEL, Taught, solve_taught
 from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.media import as_speed
+from afferents.recordings.pattern import as_speed
 from afferents.recordings.session_file import SESSION_FILE, require_label
 from afferents.store.recording import GreyImage, as_label, require_distinct
 
