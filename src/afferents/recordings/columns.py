@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from afferents.recordings.tables import Numbers, Table
+from afferents.recordings.tables import Table
 
 RISES, TEXTS = "it rises or falls from row to row, as counters and clocks do", "it holds no numbers"
 LABELS, DEAD = "it has one value in each file, as labels do", "it never changes, in any file"
@@ -17,18 +17,18 @@ Courses = Mapping[str, str | float | None]
 
 def describe_columns(table: Table) -> Courses:
     """Return what each column of a table does, by name."""
-    columns = zip(table.columns, table.values.T, strict=True)
-    return {name: _course(values[np.isfinite(values)]) for name, values in columns}
-
-
-def _course(values: Numbers) -> str | float | None:
-    if not len(values):
-        return TEXTS
-    step = np.diff(values)
-    if not step.any():
-        return float(values[0])
-    back, on = sorted([(step > 0).mean(), (step < 0).mean()])
-    return RISES if back <= _BACK and on >= _ON else None
+    found: dict[str, str | float | None] = {}
+    for name, column in zip(table.columns, table.values.T, strict=True):
+        values = column[np.isfinite(column)]
+        step = np.diff(values)
+        if not len(values):
+            found[name] = TEXTS
+        elif not step.any():
+            found[name] = float(values[0])
+        else:
+            back, on = sorted([(step > 0).mean(), (step < 0).mean()])
+            found[name] = RISES if back <= _BACK and on >= _ON else None
+    return found
 
 
 def find_non_signals(files: Sequence[Courses]) -> dict[str, str]:

@@ -66,7 +66,7 @@ class Files(StrictForm):
         The same as a regular expression with named groups, for all of the path.
     texture, speed_mm_s
         Of all recordings, where names don't say. Without a speed, models that need none can be
-        asked with ``--split trial``, or another condition.
+        tested with ``--split trial``, or another condition.
     speed_unit, speed_scale
         Of the speed in names, and what the number there is multiplied with to be in that unit.
     words
@@ -139,18 +139,18 @@ class Files(StrictForm):
         labelled = set() if self.labels is None else set(self.labels.columns)
         if twice := sorted(labelled & set(names)):
             raise ValueError(f"{twice[0]} must be in the pattern or in labels, not both")
-        said = labelled | set(names)
-        if ("texture" in said) == bool(self.texture):
+        stated = labelled | set(names)
+        if ("texture" in stated) == bool(self.texture):
             raise ValueError(
                 "texture must be in the pattern or in labels, or texture be given, not both"
             )
-        if "speed" in said and self.speed_mm_s:
+        if "speed" in stated and self.speed_mm_s:
             raise ValueError(
                 "speed must be in the pattern or in labels, or speed_mm_s be given, not both"
             )
         if self.joined and self.joined not in names:
             raise ValueError(f"joined names '{self.joined}', which is not in the pattern")
-        if unknown := sorted(set(self.words) - said):
+        if unknown := sorted(set(self.words) - stated):
             raise ValueError(f"words of '{unknown[0]}', which is not in the pattern")
         return self
 

@@ -36,21 +36,21 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
     """Return the lines of a `dataset.toml`, and sentences on what was guessed."""
     names = [path.relative_to(folder).as_posix() for path in tables]
     pattern = guess_rule(names) or guess_plainest(names)
-    said = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
+    sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
     if f"{{{SPEED}}}" in pattern:
         lines.append('# speed_unit = "mm/min"  # where it is not mm/s')
     else:
-        said = [f"Guessed from the names: {pattern}; no speed was found in them."]
+        sentences = [f"Guessed from the names: {pattern}; no speed was found in them."]
         if len(names) > 1 and "/" not in pattern and pattern == guess_plainest(names):
             such = f"{{texture}}_{{speed}}mms_{{trial}}{Path(names[0]).suffix}"
-            said = [
-                "No rule was found in the names, so each file is taken for a texture of its own: "
+            sentences = [
+                "No rule was found in the names, so each file counts as a texture of its own: "
                 f"write the pattern, such as {such}."
             ]
         lines.append("# speed_mm_s = 30")
     signal, more = _signal(tables)
-    return [*lines, "", "[signal]", *signal], [*said, *more]
+    return [*lines, "", "[signal]", *signal], [*sentences, *more]
 
 
 def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
@@ -74,10 +74,12 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
             times.append(rising[np.isfinite(rising)])
     if not files:
         return ["# channels = []", "# sample_rate_hz = 100"], []
-    said = [f"Can't be read, {len(broken)} of {len(tables)} files: {broken[0]}."] if broken else []
+    sentences = (
+        [f"Can't be read, {len(broken)} of {len(tables)} files: {broken[0]}."] if broken else []
+    )
     lines = [f"separator = {json.dumps(form.separator)}"] * (form.separator != ",")
     lines += ['decimal = ","'] * (form.decimal == ",") + ["header = false"] * (not form.header)
-    said += ["Numbers are read with decimal commas."] * (form.decimal == ",")
+    sentences += ["Numbers are read with decimal commas."] * (form.decimal == ",")
     others = [name for name in files[0] if name != time]
     doubts = columns.find_non_signals(files)
     why = {name: reason for name, reason in doubts.items() if name in others}
@@ -86,12 +88,12 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     for title, keeps in (("Left out of the channels", False), ("Kept as channels", True)):
         if named := [f"{name} ({why[name]})" for name in why if (name in chosen) == keeps]:
             lines.append(f"# {title}: {', '.join(named)}.")
-            said.append(f"{title}: {', '.join(named)}.")
+            sentences.append(f"{title}: {', '.join(named)}.")
     if time is None or not any(row_times.find_rows_in_order(one).sum() > 1 for one in times):
-        asked = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
-        return [*lines, "# sample_rate_hz = 100"], [*said, asked]
+        missing = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
+        return [*lines, "# sample_rate_hz = 100"], [*sentences, missing]
     clock, sentence = _clock(times, time)
-    return [*lines, *clock], [*said, sentence]
+    return [*lines, *clock], [*sentences, sentence]
 
 
 def _key(name: str) -> str:

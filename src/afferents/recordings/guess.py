@@ -8,7 +8,7 @@ from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.recordings.media import is_sound
-from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, as_speed
+from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, parse_speed
 
 TRIAL = "trial"
 _PATTERNS = (
@@ -20,11 +20,11 @@ _PATTERNS = (
 """Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`; first those
 with a speed that does not only count, as trials do."""
 _JOINTS = "_- "
-_SAID = (
+_MARKED = (
     *("{speed}mms", "{speed}mm_s", "{speed}mm-s", "{speed}mmps", "{speed} mm_s"),
     *("speed{speed}", "speed_{speed}", "Speed{speed}"),
 )
-_SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
+_SPEEDS = (*_MARKED, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:[.,]\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
@@ -72,12 +72,12 @@ def guess_pattern(paths: Sequence[str], share: float = 1.0) -> str | None:
     """
     if len({_end(path).lower() for path in paths}) != 1:
         return None
-    speeds = _SPEEDS if share == 1 else _SAID
+    speeds = _SPEEDS if share == 1 else _MARKED
     for strict, speed, text, joint in product((True, False), speeds, _PATTERNS, _JOINTS):
         if "{speed}" not in text and (strict or speed != _SPEEDS[-1]):
             continue
         wanted = text.replace("_", joint).replace("{speed}", speed) + _end(paths[0])
-        if _fits(Pattern(wanted), paths, share, speed in _SAID, strict):
+        if _fits(Pattern(wanted), paths, share, speed in _MARKED, strict):
             return wanted
     return None
 
@@ -96,14 +96,16 @@ def _end(path: str) -> str:
     return "/" if path.endswith("/") else Path(path).suffix
 
 
-def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool, strict: bool) -> bool:
-    """Tell whether a pattern fits so many of the paths, with numbers where numbers should be.
+def _fits(
+    pattern: Pattern, paths: Sequence[str], share: float, is_marked: bool, strict: bool
+) -> bool:
+    """Return whether a pattern fits so many of the paths, with numbers where numbers should be.
 
     Parameters
     ----------
     share
         Of the paths, at least.
-    said
+    is_marked
         Whether the names say by a word or a unit which number is the speed.
     strict
         Whether speeds that only count are refused; else they may, if trials do as well.
@@ -120,11 +122,11 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool, stri
         return False
     if TRIAL in pattern.names and not all(_NUMBERED.fullmatch(one[TRIAL]) for one in values):
         return False
-    if SPEED not in pattern.names or said:
+    if SPEED not in pattern.names or is_marked:
         return True
     by_texture: dict[str, set[float]] = {}
     for one in values:
-        by_texture.setdefault(one[TEXTURE], set()).add(as_speed(one[SPEED]))
+        by_texture.setdefault(one[TEXTURE], set()).add(parse_speed(one[SPEED]))
     every = set().union(*by_texture.values())
     trials = {float(re.sub(r"\D", "", one[TRIAL])) for one in values if TRIAL in one}
     may_count = not strict and trials and _counts(trials)
@@ -134,7 +136,7 @@ def _fits(pattern: Pattern, paths: Sequence[str], share: float, said: bool, stri
 
 
 def _hold_conditions(textures: Collection[str]) -> bool:
-    """Tell whether textures end in a condition: several words, each with the same numbers."""
+    """Return whether textures end in a condition: several words, each with the same numbers."""
     numbers: dict[str, set[str]] = {}
     for texture in textures:
         if (ending := _NUMBERED_END.fullmatch(texture)) is None:
@@ -145,7 +147,7 @@ def _hold_conditions(textures: Collection[str]) -> bool:
 
 
 def _counts(numbers: Collection[float]) -> bool:
-    """Tell whether numbers only count: 1, 2, 3 are trials rather than speeds."""
+    """Return whether numbers only count: 1, 2, 3 are trials rather than speeds."""
     first = min(numbers)
     return first in (0, 1) and sorted(numbers) == [first + n for n in range(len(numbers))]
 
@@ -168,7 +170,7 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
     first, *others = Path(_bare(path)).parts
     speed = _SPEED.search(_bare(path))
     repetition = "_".join(others) or None
-    return Guess(video, audio, first, as_speed(speed[1]) if speed else None, repetition)
+    return Guess(video, audio, first, parse_speed(speed[1]) if speed else None, repetition)
 
 
 def _labelled(names: Sequence[str]) -> str | None:
@@ -212,7 +214,7 @@ def _by_parts(names: Sequence[str]) -> str | None:
 
 
 def _is_fast(column: Sequence[str]) -> bool:
-    """Tell whether the parts are numbers that may be speeds and do more than count."""
+    """Return whether the parts are numbers that may be speeds and do more than count."""
     if len(set(column)) == 1 or not all(map(_NUMBER.fullmatch, column)):
         return False
     numbers = set(map(float, column))

@@ -9,11 +9,11 @@ from afferents.files import walk
 from afferents.store.recording import natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
-"""Endings of what is taken for an image."""
+"""Endings of images."""
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
 SOUNDS = frozenset({".wav", ".flac", ".ogg", ".rf64"})
-"""Endings that are taken for videos and for sound; a file that is named may end otherwise."""
+"""Endings of videos and of sound; a file that is named may end otherwise."""
 OTHER_SOUNDS = frozenset(
     {".w64", ".aif", ".aiff", ".au", ".caf", ".mp3", ".opus", ".m4a", ".aac", ".amr", ".wma"}
 )
@@ -23,18 +23,18 @@ _NAMED = 3
 
 
 def is_video(path: Path) -> bool:
-    """Tell whether a name ends as those of videos do."""
+    """Return whether a name ends as those of videos do."""
     return path.suffix.lower() in VIDEOS
 
 
 def is_sound(path: Path) -> bool:
-    """Tell whether a name ends as those of sound files do."""
+    """Return whether a name ends as those of sound files do."""
     return path.suffix.lower() in SOUNDS
 
 
 def is_image_folder(path: Path) -> bool:
-    """Tell whether a folder holds numbered images and no other recordings: it is a clip itself."""
-    return path.is_dir() and any(map(_is_numbered, path.iterdir())) and media_in(path) == [path]
+    """Return whether a folder holds numbered images alone: it is a clip itself."""
+    return path.is_dir() and any(map(_is_numbered, path.iterdir())) and find_media(path) == [path]
 
 
 def _is_numbered(path: Path) -> bool:
@@ -42,7 +42,7 @@ def _is_numbered(path: Path) -> bool:
 
 
 def is_bag(path: Path) -> bool:
-    """Say whether a path looks like a bag of ROS: a file, or a folder of rosbag2."""
+    """Return whether a path looks like a bag of ROS: a file, or a folder of rosbag2."""
     return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
 
 
@@ -60,7 +60,7 @@ def refuse_bag(path: Path) -> None:
         )
 
 
-def media_in(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:
+def find_media(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:
     """Return all files of these endings below a folder, in order.
 
     Where they are those of videos, folders of numbered images count as such.
@@ -84,10 +84,10 @@ def media_in(root: Path, endings: Set[str] = VIDEOS | SOUNDS) -> list[Path]:
 
 
 def left_out(root: Path, taken: Iterable[Path], endings: Set[str], why: str) -> list[str]:
-    """Say which files below a folder are not among those that are read, and why; see `media_in`."""
+    """Return which files below a folder are not read, and why; see `find_media`."""
     known = {os.path.realpath(path) for path in taken}  # links to themselves, too
     try:
-        paths = [path for path in media_in(root, endings) if os.path.realpath(path) not in known]
+        paths = [path for path in find_media(root, endings) if os.path.realpath(path) not in known]
     except OSError as error:
         return [f"Files may be left out: {error.filename} can't be read ({reason_of(error)})."]
     files = "1 file is" if len(paths) == 1 else f"{len(paths)} files are"

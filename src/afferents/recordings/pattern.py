@@ -16,7 +16,7 @@ _FORMS = {SPEED: r"[-+]?\d+(?:[.,]\d+)?"}
 _HOW = "write it as {texture}/{speed}_{trial}.avi"
 
 
-def as_speed(text: str) -> float:
+def parse_speed(text: str) -> float:
     """Return the speed that a name holds: 12.5 or, with a decimal comma, 12,5; no sign.
 
     Raises

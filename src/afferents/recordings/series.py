@@ -30,7 +30,7 @@ _UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
 
 @dataclass(frozen=True)
 class SeriesFile:
-    """The channels of a file, parsed when asked for.
+    """The channels of a file, parsed when read.
 
     Implements `afferents.store.recording.Vibration`.
 
@@ -312,7 +312,7 @@ class JoinedFiles:
 
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
-    """Say what was resampled, and how much of files is not their own; reads them."""
+    """Return what was resampled, and how much of files is not their own; reads them."""
     found: list[tuple[SeriesFile, Rows]] = []
     for file in files:
         with suppress(InputError):  # which reading it says
@@ -323,7 +323,7 @@ def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     signal = found[0][0].signal
     step_ms = float(np.median([rows.step_ms for _, rows in found]))
     gap_file, gap = max(found, key=lambda one: one[1].longest_ms)
-    said = (
+    sentence = (
         f"Rows, {step_ms:.3g} ms apart (median), are resampled to {signal.resample_hz:g} Hz, "
         f"{signal.interpolation} between them: frequencies are kept up to "
         f"{min(rows.limit_hz for _, rows in found):.3g} Hz. The longest gap that is bridged lasts "
@@ -332,10 +332,10 @@ def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     dropped, n = sum(rows.n_dropped for _, rows in found), sum(rows.n for _, rows in found)
     if dropped:
         most = max(rows.n_dropped / rows.n for _, rows in found)
-        said += (
+        sentence += (
             f" {dropped} of {n} rows are out of order and dropped, at most {most:.2%} of a file."
         )
-    return [said]
+    return [sentence]
 
 
 def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
@@ -348,15 +348,19 @@ def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
         return []
     if table.rate_hz is not None:
         return []
-    said = f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
+    sentence = (
+        f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
+    )
     does = columns.describe_columns(table)
     if rising := [name for name, course in does.items() if course == columns.RISES]:
-        said += f" Column {rising[0]} rises from row to row: if it holds times, name it as time."
-    return [said]
+        sentence += (
+            f" Column {rising[0]} rises from row to row: if it holds times, name it as time."
+        )
+    return [sentence]
 
 
 def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
-    """Say which columns are channels where no description names them; reads files."""
+    """Return which columns are channels where no description names them; reads files."""
     if not files or files[0].signal.channels:
         return []
     found: list[columns.Courses] = []
@@ -366,6 +370,8 @@ def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
     why = columns.find_non_signals(found) if found else {}
     if not why and len(found[0] if found else ()) < 2:
         return []
-    said = f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
+    sentence = (
+        f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
+    )
     doubts = ", ".join(f"{name} ({reason})" for name, reason in why.items())
-    return [said + f" Name them without what is no signal: {doubts}." * bool(doubts)]
+    return [sentence + f" Name them without what is no signal: {doubts}." * bool(doubts)]

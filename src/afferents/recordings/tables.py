@@ -219,7 +219,7 @@ def _fields(line: str, separator: str) -> list[str]:
 
 
 def _is_number(field: str, decimal: str) -> bool:
-    """Tell whether a field is a number."""
+    """Return whether a field is a number."""
     swapped = field.translate(_COMMA_POINT) if decimal == "," else field
     return NUMBER.fullmatch(swapped) is not None
 
