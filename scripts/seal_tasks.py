@@ -19,7 +19,7 @@ from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, with_s
 from afferents.files import write_text
 from afferents.recordings.described import PACKAGED, Described
 from afferents.recordings.fetch.fetch import public_sets
-from afferents.store.recording import LETTERS, folder_of
+from afferents.store.recording import LETTERS, name_folder
 from afferents.store.responses import Responses, labels_of
 
 
@@ -38,7 +38,7 @@ def drums(letters: str, speeds: list[int]) -> list[Responses]:
     return [
         xr.Dataset(attrs={"name": f"{drum}/{speed}", "texture": drum, "speed_mm_s": float(speed),
                           "conditions": json.dumps({})})
-        for drum, speed in product(map(folder_of, letters), speeds)
+        for drum, speed in product(map(name_folder, letters), speeds)
     ]  # fmt: skip
 
 

@@ -33,9 +33,9 @@ from afferents.recordings.tactile_bench import LOGS
 from afferents.rig import STEADY_S, Rig, bumped_surface, project
 from afferents.rig.run import Simulated, simulate_run
 from afferents.rig.simulation import Simulation
-from afferents.store.beside import Beside
-from afferents.store.motion import with_motion
-from afferents.store.recording import LETTERS, folder_of
+from afferents.store.logged import LoggedFile
+from afferents.store.motion import add_motion
+from afferents.store.recording import LETTERS, name_folder
 
 SPEEDS_MM_S, SWEEP, TIMES = (20.0, 50.0, 80.0), (20.0, 80.0, False), 3
 CONSTANT_S, SWEPT_S = 8.0 + STEADY_S, 24.0 + STEADY_S
@@ -90,8 +90,8 @@ def responses_of(rig: Rig, run: Simulated, attrs: dict[str, Any]) -> xr.Dataset:
         values = rows[:, 1 : 1 + len(columns)].astype(np.float32)
         coords = {f"{name}_time": rows[:, 0], f"{name}_axis": columns}
         found[name] = xr.DataArray(values, coords, dims=(f"{name}_time", f"{name}_axis"))
-        logs.append(Beside(name, Path(log["file"]), "timestamp", tuple(columns), log["units"]))
-    return with_motion(found, logs)
+        logs.append(LoggedFile(name, Path(log["file"]), "timestamp", tuple(columns), log["units"]))
+    return add_motion(found, logs)
 
 
 def simulated(seed: int, texture: str) -> tuple[list[xr.Dataset], list[xr.Dataset]]:
@@ -138,7 +138,7 @@ class Slides(afferents.DataSet):
 
 def evaluated(slides: Slides, out: Path, options: dict[str, Any]) -> Results:
     """Return results of the drums that have samples in every group."""
-    left = [folder_of(letter) for letter in LETTERS]
+    left = [name_folder(letter) for letter in LETTERS]
     while True:
         try:
             return afferents.evaluate(
@@ -155,7 +155,7 @@ def evaluated(slides: Slides, out: Path, options: dict[str, Any]) -> Results:
 
 def measure(seed: int, out: Path) -> dict[str, dict[str, float]]:
     """Return the accuracy of each model in each row, percent."""
-    jobs = [(seed, folder_of(letter)) for letter in LETTERS]
+    jobs = [(seed, name_folder(letter)) for letter in LETTERS]
     found_of = dict(side_by_side_numbered(simulated, jobs, None, Progress(quiet=True).note))
     each = [found_of[number] for number in range(len(jobs))]
     by_kind = {

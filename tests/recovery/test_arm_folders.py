@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import afferents
 from afferents.errors import InputError
-from afferents.extraction.clocks import describe, measure_clocks, measure_lag, with_clocks
+from afferents.extraction.clocks import describe, measure_clocks, measure_lag, set_clocks
 from afferents.markers.sensor import sensors_of
 from afferents.rig import Rig
-from afferents.store.beside import Lag
+from afferents.store.logged import Lag
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
 import arm_folders
@@ -47,7 +47,7 @@ def test_clocks_are_set_by_the_press_within_a_frame_or_what_is_said(runs, offset
     session = afferents.read_session(runs)
     lags = measure_clocks(session, sensors_of(session, None))
     assert all(lag.error_s < 0.015 for lag in lags.values())
-    (run,) = with_clocks(session, lags).recordings
+    (run,) = set_clocks(session, lags).recordings
     for log in run.beside:
         found = log.variable(run.video.began_s)
         rate_hz = arm_folders.ROBOT_HZ if log.name == "pose" else arm_folders.FORCE_HZ

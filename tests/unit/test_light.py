@@ -92,7 +92,8 @@ def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
         ("-c", "import afferents; afferents.read_spikes('x.parquet')"),
         (
             "-c",
-            "from pathlib import Path; from afferents.recordings.tables import Signal, read_table;"
+            "from pathlib import Path; from afferents.recordings.description import Signal;"
+            "from afferents.recordings.tables import read_table;"
             "read_table(Path('x.parquet'), Signal())",
         ),
     ):

@@ -229,12 +229,12 @@ def live(
     from afferents.lab.live.signals import give_signals, parse_signals
     from afferents.markers.sensor import load_sensor
     from afferents.plugins import import_extra
-    from afferents.recordings.session_file import rate_in
+    from afferents.recordings.session_file import parse_rate
 
     if web:  # before models are trained, or others begin
         import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
-    fps_hz = None if fps is None else rate_in(fps)
+    fps_hz = None if fps is None else parse_rate(fps)
     if signals is not None and (model or web or lsl or learn):
         raise InputError(
             "--signals: expected none of --model, --web, --lsl and --learn with it, found one; run "

@@ -62,11 +62,11 @@ def track(sentences: Any, given: Given) -> Output:
 
 
 def extract(extracted: Any, given: Given) -> Output:
-    from afferents.extraction.copies import notes_of
+    from afferents.extraction.copies import read_notes
 
     out, skipped = given["out"], extracted.skipped
     store = str(out) if extracted else None
-    content = {"store": store, "skipped": skipped, **asdict(notes_of(out))}
+    content = {"store": store, "skipped": skipped, **asdict(read_notes(out))}
     return Output(content, [f"Store: {out}"] * bool(extracted), skipped)
 
 

@@ -21,7 +21,7 @@ from afferents.encodings.windows import add_distance
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.intervals import numbered
 from afferents.evaluation.results import Lost, WithIssues
-from afferents.extraction.copies import with_fingerprint
+from afferents.extraction.copies import add_fingerprint
 from afferents.extraction.extract import responses_of
 from afferents.filling import fill
 from afferents.folds.ablation import Ablation
@@ -35,12 +35,13 @@ from afferents.progress import Progress
 from afferents.recordings.check import require_own_files
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of, source_of
-from afferents.store import integrity, zarr_store
 from afferents.store import responses as store
+from afferents.store import zarr_store
+from afferents.store.digest import DIGEST, sealed, values_digest
 from afferents.store.motion import speed_along
 from afferents.store.recording import RecordingSet, require_distinct
 from afferents.store.responses import Responses, read_whole
-from afferents.store.trimming import cut_audio, with_steady
+from afferents.store.trimming import cut_audio, set_steady
 
 _FULL_SCALE = "full scale"
 _SAME_RATE = 0.05
@@ -135,12 +136,12 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
         config, found = dict(data_set.config()), data_set.responses()
         content: Any
         if found is not None:
-            responses = [one if integrity.DIGEST in one.attrs else _check(one) for one in found]
+            responses = [one if DIGEST in one.attrs else _check(one) for one in found]
             if not keep_going:
                 zarr_store.require_all(data_set.path, config, responses, ", or use --keep-going")
             why = "not in the store: its extraction failed or was stopped"
             failed = dict.fromkeys(zarr_store.missing_from(config, responses), why)
-            content = [str(one.attrs[integrity.DIGEST]) for one in responses]
+            content = [str(one.attrs[DIGEST]) for one in responses]
         else:
             session = data_set.scan()
             require_own_files(session)
@@ -194,7 +195,7 @@ def _read(
 def _check(responses: Responses) -> Responses:
     """Return responses of the form that a store would hold, with their fingerprint and digest."""
     checked = store.check_responses(responses, str(responses.attrs.get("name", "a recording")))
-    return integrity.sealed(with_fingerprint(checked))
+    return sealed(add_fingerprint(checked))
 
 
 def _leave_out(opened: Sequence[OpenedData], without: Mapping[str, str]) -> list[OpenedData]:
@@ -247,7 +248,7 @@ def _require_distinct(recordings: Sequence[Responses]) -> None:
         name = str(responses.attrs["name"])
         of_skin = dims.SA1 if dims.of_cells(responses) else dims.POSITION  # cells never move
         digests = {"checksum": responses.attrs.get("checksum")} | {
-            variable: integrity.values_digest(responses, variable)
+            variable: values_digest(responses, variable)
             for variable in (of_skin, dims.RA2)
             if variable in responses
         }
@@ -336,7 +337,7 @@ def choose_encodings(
         If an encoding can't have an option.
     """
     first = data[0].origin
-    used = with_steady(join_recordings(data) if recordings is None else recordings, steady)
+    used = set_steady(join_recordings(data) if recordings is None else recordings, steady)
     signal = _describe_vibration(used, cut) if first.data_set.chooses_encodings else None
     suited = Encodings.suiting(first.data_set.encodings, first.source, signal, wanted)
     return suited.changed(**wanted)

@@ -17,7 +17,7 @@ from afferents.models.model import Model
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
-from afferents.store.trimming import require_within, steady_in, with_steady
+from afferents.store.trimming import parse_steady, require_within, set_steady
 
 
 def evaluate(
@@ -128,13 +128,13 @@ def samples(
     import_extra("train", "samples", "torch")
     from afferents.evaluation import plan
 
-    what, steady_s = split_named(split), steady_in(steady, cut)
+    what, steady_s = split_named(split), parse_steady(steady, cut)
     model = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
         opened = opening.open_data([data], progress=progress)
         encodings = opening.choose_encodings(opened, cut, options, steady_s)
         (source,) = opening.find_sources(model, encodings)
-        recordings = with_steady(opening.join_recordings(opened), steady_s)
+        recordings = set_steady(opening.join_recordings(opened), steady_s)
         for responses in recordings:
             if not opening.has(responses, source):
                 raise InputError(

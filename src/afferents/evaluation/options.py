@@ -44,7 +44,7 @@ from afferents.folds.held_out import SPEED, Group, Split, condition_text, split_
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import listed
-from afferents.store.trimming import Steady, steady_in, written
+from afferents.store.trimming import Steady, parse_steady, written
 
 _Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 _ELSEWHERE = frozenset({
@@ -145,7 +145,7 @@ class TrainingOptions(BaseModel):
     @field_validator("steady", mode="before")
     @classmethod
     def _read_steady(cls, given: Any, info: ValidationInfo) -> Steady | None:
-        return steady_in(given, info.data.get("cut", "all"))
+        return parse_steady(given, info.data.get("cut", "all"))
 
     @property
     def by(self) -> Split:

@@ -30,10 +30,10 @@ from afferents.models.fitted import require_buildable
 from afferents.models.fusion import LateFusion
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model
 from afferents.progress import Progress
-from afferents.recordings.data_set import Data, sources_in
+from afferents.recordings.data_set import Data, list_data_sets
 from afferents.store.motion import has_speed
 from afferents.store.responses import Responses, named_by_spacing
-from afferents.store.trimming import with_steady
+from afferents.store.trimming import set_steady
 from afferents.version import __version__
 
 
@@ -407,7 +407,7 @@ class Evaluation:
         """Return the recordings that are used, with the part of them that is."""
         options = self.options
         used = options.ablation.recordings(data.join_recordings(self.opened))
-        return apply_control(with_steady(used, options.steady), options.control, options.by)
+        return apply_control(set_steady(used, options.steady), options.control, options.by)
 
     def to_json(self) -> str:
         """Return what a worker makes it from again, reading the same files; see `run.run_far_job`.
@@ -452,7 +452,7 @@ def open_evaluation(
     models = rows.choose_models(options.models)
     lengths = read_lengths(options.encoding.get(FRAMES))
     wanted = {n: v for n, v in options.encoding.items() if not (lengths and n == FRAMES)}
-    opened = data.open_data(sources_in(sources), options.without, options.keep_going, progress)
+    opened = data.open_data(list_data_sets(sources), options.without, options.keep_going, progress)
     recordings = data.join_recordings(opened)
     copies.warn(recordings, progress)
     used = options.ablation.recordings(recordings)

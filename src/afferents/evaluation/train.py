@@ -34,7 +34,7 @@ from afferents.plugins import reference_of
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.store.responses import Responses, named_by_spacing
-from afferents.store.trimming import require_within, with_steady
+from afferents.store.trimming import require_within, set_steady
 from afferents.version import __version__
 
 
@@ -98,7 +98,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     require_free(
         out, folder.is_model_folder, force=force, reads=[training.data.origin.data_set.path]
     )
-    recordings = with_steady(training.data.responses, options.steady)
+    recordings = set_steady(training.data.responses, options.steady)
     _require_trainable(training, recordings)
     scores = read_scores(training) if training.results else ()
     # What can't be put down in the card is refused before anything is learnt.

@@ -1,4 +1,20 @@
-"""How far the microphone's clock is ahead of the camera's, from a touch that both have felt."""
+"""How far the microphone's clock is ahead of the camera's, from touches that both recorded.
+
+Camera and microphone feel the same skin. What presses on the microphone below 40 Hz is very
+nearly a linear function of where the skin's main motions are. The microphone does not pass it on
+whole: gel and amplifier lose what is slow, and shift the phase of what is left. That is undone
+by adding to the sound its integral, once and twice, each with a weight: the right ones make good
+a loss of first or second order below some corner. The offset is the delay under which some such
+sum is most nearly a linear function of the motions (the first canonical correlation; Hotelling
+1936).
+
+Compared with the motions as it is, the sound of a simulated tap comes 8.6 ms late: its shifted
+phase looks like a delay. With its integrals it comes 0.2 ms early.
+
+A touch of a smooth surface, or a tap, serves best: the hum of a regular texture looks the same a
+period later. What delays all frequencies alike, a converter or a low-pass far above 40 Hz,
+belongs to the offset: nothing can tell it from one.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,22 +31,7 @@ from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
-from afferents.recordings.layouts import AUDIO, VIDEO, session_around, video_of
-
-# Camera and microphone feel the same skin. What presses on the microphone below 40 Hz is very
-# nearly a linear function of where the skin's main motions are. The microphone does not pass it on
-# whole: gel and amplifier lose what is slow, and shift the phase of what is left. That is undone
-# by adding to the sound its integral, once and twice, each with a weight: the right ones make good
-# a loss of first or second order below some corner. The offset is the delay under which some such
-# sum is most nearly a linear function of the motions (the first canonical correlation; Hotelling
-# 1936).
-#
-# Compared with the motions as it is, the sound of a simulated tap comes 8.6 ms late: its shifted
-# phase is taken for a delay. With its integrals it comes 0.2 ms early.
-#
-# A touch of a smooth surface, or a tap, serves best: the hum of a regular texture looks the same a
-# period later. What delays all frequencies alike, a converter or a low-pass far above 40 Hz,
-# belongs to the offset: nothing can tell it from one.
+from afferents.recordings.layouts import AUDIO, VIDEO, make_clip, session_around
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ BEFORE_S, AFTER_S = 0.3, 1.3
 FARTHEST_S = 0.1
 STEP_S = 0.001
 LEAST_S = 1.0
-"""In less, anything is explained by so many motions."""
+"""In less, anything is explained by that many motions."""
 LEAST_EXPLAINED = 0.9
 
 
@@ -97,13 +98,19 @@ def measure_offset(
             f"{ends_s:.2f} s"
         )
     moved = _main_motions(position)
-    touch_s = _beginning(time_s, moved)
-    time, motion = _motion(time_s, moved, touch_s)
+    way = np.linalg.norm(moved, axis=1)
+    touch_s = float(time_s[np.argmax(way > way.max() / 10)])  # a tenth of the skin's way
+    every = np.arange(time_s[0], time_s[-1], 1 / RATE_HZ)
+    used = (every > touch_s - BEFORE_S) & (every < touch_s + AFTER_S)
+    time, motion = every[used], _filtered(CubicSpline(time_s, moved)(every))[used]
     if len(time) < LEAST_S * RATE_HZ:
         found = f"{len(time) / RATE_HZ:.2f} s round it"
         raise InputError(f"the recording: expected a touch with {LEAST_S:g} s of it, found {found}")
     n = round(len(sound) * RATE_HZ / sample_rate_hz)
-    heard = _with_integrals(resample(np.asarray(sound, np.float64), n))
+    columns = [resample(np.asarray(sound, np.float64), n)]
+    for _ in range(INTEGRALS):
+        columns.append(np.cumsum(columns[-1] - columns[-1].mean()) / RATE_HZ)
+    heard = _filtered(np.stack(columns, axis=1))
     delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)
     basis, _ = np.linalg.qr(motion)
     step_s = np.float64(len(sound) / sample_rate_hz / n)  # a whole number of steps rarely fits
@@ -119,14 +126,11 @@ def measure_offset(
     before, at, after = explained[best - 1 : best + 2]
     bend = before - 2 * at + after
     aside = (before - after) / (2 * bend)
-    error_s = STEP_S * np.sqrt(2 * (1 - at) / (_freedom(basis) * -bend))
-    return Offset(float(delays[best] + STEP_S * aside), float(at), float(error_s))
-
-
-def _freedom(basis: Floats) -> float:
-    """Return how many independent values of the sound are left over by a basis, (n, k)."""
+    # Independent values of the sound that the basis leaves over.
     independent = 2.0 * (BAND_HZ[1] - BAND_HZ[0]) * len(basis) / RATE_HZ
-    return max(1.0, float(independent - basis.shape[1] - INTEGRALS))
+    freedom = max(1.0, float(independent - basis.shape[1] - INTEGRALS))
+    error_s = STEP_S * np.sqrt(2 * (1 - at) / (freedom * -bend))
+    return Offset(float(delays[best] + STEP_S * aside), float(at), float(error_s))
 
 
 def _main_motions(position: Floats) -> Floats:
@@ -140,27 +144,6 @@ def _main_motions(position: Floats) -> Floats:
     return np.asarray(flat @ shapes[:MOTIONS].T)
 
 
-def _beginning(time_s: Floats, moved: Floats) -> float:
-    """Return when the touch begins: the skin has gone a tenth of its way."""
-    way = np.linalg.norm(moved, axis=1)
-    return float(time_s[np.argmax(way > way.max() / 10)])
-
-
-def _motion(time_s: Floats, moved: Floats, touch_s: float) -> tuple[Floats, Floats]:
-    """Return times around the touch, and the skin's place there, in the band."""
-    time = np.arange(time_s[0], time_s[-1], 1 / RATE_HZ)
-    used = (time > touch_s - BEFORE_S) & (time < touch_s + AFTER_S)
-    return time[used], _filtered(CubicSpline(time_s, moved)(time))[used]
-
-
-def _with_integrals(sound: Floats) -> Floats:
-    """Return the sound and its integrals in the band, (n, 1 + INTEGRALS)."""
-    columns = [sound]
-    for _ in range(INTEGRALS):
-        columns.append(np.cumsum(columns[-1] - columns[-1].mean()) / RATE_HZ)
-    return _filtered(np.stack(columns, axis=1))
-
-
 def _filtered(signal: Floats) -> Floats:
     band = butter(2, BAND_HZ, "bandpass", fs=RATE_HZ, output="sos")
     return np.asarray(sosfiltfilt(band, signal, axis=0))
@@ -170,9 +153,6 @@ def _explained(basis: Floats, heard: Floats, at: Floats, time: Floats) -> float:
     """Return the greatest share in the basis, (n, k), of a sum of sounds, (m, 3), heard `at`."""
     there, _ = np.linalg.qr(np.stack([np.interp(time, at, one) for one in heard.T], axis=1))
     return float(np.linalg.svd(basis.T @ there, compute_uv=False)[0] ** 2)
-
-
-# The clocks of camera and microphone, from recordings of one set-up.
 
 
 class Alignment(NamedTuple):
@@ -234,13 +214,13 @@ def align(
 
 def _offset(folder: Path, sensor: Sensor) -> Offset:
     declared, own_hz = session_around(folder / VIDEO)
-    tracks = track_markers(video_of(folder / VIDEO, declared, own_hz), sensor)
+    tracks = track_markers(make_clip(folder / VIDEO, declared, own_hz), sensor)
     audio = WavFile(folder / AUDIO, declared.channel)
-    felt = tracks.isel({dims.TIME: slice(tracks.attrs["rest_frame"], None)})
+    touched = tracks.isel({dims.TIME: slice(tracks.attrs["rest_frame"], None)})
     try:
         return measure_offset(
-            felt[dims.TIME].values,
-            felt[dims.POSITION].values,
+            touched[dims.TIME].values,
+            touched[dims.POSITION].values,
             audio.read().values[:, 0],
             audio.sample_rate_hz,
         )

@@ -1,10 +1,10 @@
-"""The clocks of what was logged beside a session's images, from a press that all have felt.
+"""The clocks of what was logged alongside a session's images, from a press that all recorded.
 
 A fingertip is pressed on something and lifted. How far the skin's markers then are from rest on
 average is some function of how deep it is pressed, or how hard, whatever the gel: so the lag of the
 other clock is that under which a function of its z, made of straight pieces, explains most of the
 mean SA-I (least squares). The way down and the way up are on the two sides of the press, so that a
-lag can't be taken for another function. Half of what they differ by, if each is taken alone, is the
+lag can't look like another function. Half of what they differ by, if each is used alone, is the
 uncertainty, and a quarter of a frame. A gel that comes back late, on both ways, looks like a lag
 and is not told from one.
 """
@@ -21,7 +21,7 @@ from afferents.errors import InputError
 from afferents.markers.sensor import Sensors
 from afferents.markers.track import track_markers
 from afferents.recordings.session import Session
-from afferents.store.beside import Lag
+from afferents.store.logged import Lag
 
 Floats = NDArray[np.float64]
 
@@ -34,15 +34,15 @@ LEAST_EXPLAINED = 0.9
 APART_S = 0.1
 """From one lag to another: two presses may both fit."""
 AS_GOOD = 2.0
-"""A lag that leaves less than so many times unexplained as the best might be the true one."""
+"""A lag that leaves less than this many times what the best leaves might be the true one."""
 
 
-def measure_lag(time_s: Floats, felt: Floats, other_s: Floats, z: Floats) -> Lag:
+def measure_lag(time_s: Floats, skin: Floats, other_s: Floats, z: Floats) -> Lag:
     """Measure how far a clock is ahead of the images', from one press.
 
     Parameters
     ----------
-    time_s, felt
+    time_s, skin
         Of the images, (n,), s, and mean SA-I in them, px.
     other_s, z
         By the other clock, (m,), s; and depth or force.
@@ -53,7 +53,7 @@ def measure_lag(time_s: Floats, felt: Floats, other_s: Floats, z: Floats) -> Lag
         If nothing was pressed, or no lag stands out.
     """
     grid = np.arange(time_s[0], time_s[-1], 2 * STEP_S)
-    seen = np.interp(grid, time_s, felt)
+    seen = np.interp(grid, time_s, skin)
     knots = np.linspace(z.min(), z.max(), KNOTS, endpoint=False)
 
     def basis(lag: float) -> Floats:
@@ -104,7 +104,7 @@ def _lowest(at: Floats, values: Floats) -> float:
 
 
 def measure_clocks(session: Session, sensors: Sensors) -> dict[str, Lag]:
-    """Return the lag of each clock of what is logged beside, by its name, from the session's press.
+    """Return the lag of each log's clock, by its name, from the session's press.
 
     Raises
     ------
@@ -115,23 +115,23 @@ def measure_clocks(session: Session, sensors: Sensors) -> dict[str, Lag]:
     if press is None or press.video is None or not press.beside:
         return {}
     tracks = track_markers(press.video, sensors.of(press))
-    felt = sa1_of(tracks).mean(dims.MARKER).values
+    skin = sa1_of(tracks).mean(dims.MARKER).values
     time_s, seen = (
         tracks[dims.TIME].values + getattr(press.video, "began_s", 0.0),
-        np.isfinite(felt),
+        np.isfinite(skin),
     )
     found = {}
     for one in press.beside:
         other_s, values = one.read()
         z = values[:, min(Z, values.shape[1] - 1)]
         try:
-            found[one.name] = measure_lag(time_s[seen], felt[seen], other_s, z)
+            found[one.name] = measure_lag(time_s[seen], skin[seen], other_s, z)
         except InputError as error:
             raise error.at(one.path) from error
     return found
 
 
-def with_clocks(session: Session, lags: Mapping[str, Lag]) -> Session:
+def set_clocks(session: Session, lags: Mapping[str, Lag]) -> Session:
     """Return a session whose recordings' logs have these lags."""
     recordings = tuple(
         replace(r, beside=tuple(replace(b, lag=lags.get(b.name, b.lag)) for b in r.beside))
@@ -141,7 +141,7 @@ def with_clocks(session: Session, lags: Mapping[str, Lag]) -> Session:
 
 
 def describe(lags: Mapping[str, Lag], press: str) -> list[str]:
-    """Say what was found, in sentences."""
+    """Return what was found, in sentences."""
     return [
         f"The clock of '{name}' is {abs(lag.seconds):.4f} s "
         f"{'behind' if lag.seconds < 0 else 'ahead of'} the images', by the press of {press}, "

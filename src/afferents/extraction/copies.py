@@ -19,12 +19,12 @@ from afferents.store.zarr_store import store_config, stored_attributes
 FINGERPRINT = "fingerprint"
 """Attribute of a recording's responses that holds its fingerprint."""
 NAMED = 3
-"""So many pairs are named in a warning."""
+"""This many pairs are named in a warning."""
 
 
 @dataclass(frozen=True)
 class Notes:
-    """What is to be said of recordings: issues by name, copies, rest frames, signs of force."""
+    """What is to be reported of recordings: issues by name, copies, rest frames, signs of force."""
 
     issues: dict[str, list[str]]
     copies: list[Copy]
@@ -34,22 +34,22 @@ class Notes:
     @property
     def sentences(self) -> list[str]:
         """Describe it, a sentence a kind."""
-        return [*describe_issues(self.issues), *self.at_rest, *warning_of(self.copies)]
+        return [*describe_issues(self.issues), *self.at_rest, *warn_of_copies(self.copies)]
 
 
-def with_fingerprint(responses: Responses) -> Responses:
+def add_fingerprint(responses: Responses) -> Responses:
     """Return responses with the recording's fingerprint in their attributes."""
     return responses.assign_attrs({FINGERPRINT: json.dumps(written(fingerprint(responses)))})
 
 
-def notes_of(store: Path) -> Notes:
-    """Return what is to be said of the recordings in a store; nothing where there is none."""
+def read_notes(store: Path) -> Notes:
+    """Return what is to be reported of the recordings in a store; nothing where there is none."""
     names = store_config(store)["recordings"] if is_group(store) else []
-    return notes_in(stored_attributes(store, names))
+    return make_notes(stored_attributes(store, names))
 
 
-def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
-    """Return what is to be said of recordings, by the attributes of their responses."""
+def make_notes(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
+    """Return what is to be reported of recordings, by the attributes of their responses."""
     issues = {name: found for name, one in attributes.items() if (found := issues_in(one))}
     of_force = force_sentences(str(one.get(NORMAL, "")) for one in attributes.values())
     return Notes(issues, copies_among(attributes), rest_sentences(attributes), of_force)
@@ -74,11 +74,11 @@ def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
 
 def warn(recordings: Sequence[Responses], progress: Progress) -> None:
     """Name what is wrong with recordings that are learnt from, and which seem to be copies."""
-    for sentence in notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences:
+    for sentence in make_notes({str(r.attrs["name"]): r.attrs for r in recordings}).sentences:
         progress.note(sentence)
 
 
-def warning_of(copies: Sequence[Copy]) -> list[str]:
+def warn_of_copies(copies: Sequence[Copy]) -> list[str]:
     """Return a sentence that warns of copies, or none."""
     if not copies:
         return []

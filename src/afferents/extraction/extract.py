@@ -1,4 +1,4 @@
-"""From a session to a store of responses, a recording after the other."""
+"""From a session's videos and audio to a store of responses, a recording after the other."""
 
 import json
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
@@ -16,34 +16,31 @@ from afferents import dims
 from afferents.channels import ra1, ra2, sa1_of
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
-from afferents.extraction.clocks import describe, measure_clocks, with_clocks
-from afferents.extraction.copies import notes_of, with_fingerprint
-from afferents.extraction.options import Extraction, declared_of
+from afferents.extraction.clocks import describe, measure_clocks, set_clocks
+from afferents.extraction.copies import add_fingerprint, read_notes
+from afferents.extraction.issues import find_issues, watched
+from afferents.extraction.options import Extraction, describe_declaration
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, upright_tracks
-from afferents.markers.quality import find_track_issues
 from afferents.markers.sensor import Sensor, Sensors, default_sentences, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
 from afferents.progress import Progress
-from afferents.quality.frames import find_time_issues
-from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
-from afferents.quality.sound import find_sound_issues
-from afferents.recordings.audio import WavFile
+from afferents.quality.issues import parse_kinds, require_accepted
 from afferents.recordings.check import check_files, check_recording, require_own_files
 from afferents.recordings.data_sets import read_session
+from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.media import named
 from afferents.recordings.pictures import ImageFolder
-from afferents.recordings.session import Session, require_rates_that_agree
+from afferents.recordings.session import Session
 from afferents.recordings.session_file import SessionFile
-from afferents.recordings.video import Footage
-from afferents.store.beside import Lag
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
-from afferents.store.motion import TELL_SPEED, with_motion
+from afferents.store.logged import Lag
+from afferents.store.motion import TELL_SPEED, add_motion
 from afferents.store.recording import Recording, Video
-from afferents.store.responses import Responses, label, with_issues
+from afferents.store.responses import Responses, add_issues, label
 from afferents.store.zarr_store import (
     OtherFilesError,
     attributes_there,
@@ -55,58 +52,6 @@ from afferents.store.zarr_store import (
     require_same_files,
     write_responses,
 )
-
-
-def watched(recording: Recording) -> Recording:
-    """Return the recording with its video measured as it is decoded, for `find_issues`."""
-    video = recording.video
-    return recording if video is None else replace(recording, video=Footage(video))
-
-
-def find_issues(recording: Recording, responses: Responses | None) -> list[QualityIssue]:
-    """Find what is wrong with a recording's pictures, markers and sound.
-
-    Parameters
-    ----------
-    recording
-        As `watched` returned it, its video decoded since then.
-    responses
-        What was extracted of it; None where no markers are followed.
-    """
-    video, audio, steady_s = recording.video, recording.audio, recording.steady_s
-    found: list[QualityIssue] = []
-    if isinstance(video, Footage):
-        is_tracked = responses is not None and dims.DETECTED in responses
-        found += find_video_issues(video, responses if is_tracked else None, steady_s)
-    if isinstance(audio, WavFile) and (responses is None or dims.RA2 in responses):
-        samples = audio.read().values if responses is None else responses[dims.RA2].values
-        found += find_sound_issues(samples, audio.path, audio.sample_rate_hz, steady_s)
-    return found
-
-
-def find_video_issues(
-    footage: Footage, tracks: xr.Dataset | None, steady_s: tuple[float, float] | None = None
-) -> list[QualityIssue]:
-    """Find what is wrong with pictures that were decoded, and with the markers in them, if any.
-
-    Parameters
-    ----------
-    tracks
-        What `track` returns, of the same pictures; None where no markers are followed.
-    steady_s
-        Start and end of constant speed, s; None where nothing says so.
-    """
-    found, where = footage.find_issues(steady_s), footage.path
-    if tracks is None:
-        return found + find_time_issues(footage.figures.time_s, where)
-    seen = {issue.kind for issue in found}  # in the dark the markers are hidden as well
-    if seen & {"frozen", "repeated", "stalled"}:
-        seen.add("doubled")
-    of_tracks = find_track_issues(tracks, where, steady_s)
-    return found + [issue for issue in of_tracks if issue.kind not in seen]
-
-
-# From a session's videos and audio to a store of responses.
 
 
 def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str]:
@@ -136,14 +81,19 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     if session.declared.rest is not None:
         extraction = extraction.model_copy(update={"rest": session.declared.rest})
     lags = measure_clocks(session, sensors)
-    session = with_clocks(session, lags)
+    session = set_clocks(session, lags)
     reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
     with writing_alone(extraction.out, "extract"):
         create_store(extraction.out, extraction.config(session, sensors))
-        declared = {r.name: declared_of(r, session, sensors) for r in session.recordings}
-        _remove_declared_otherwise(session, declared, extraction.out)
+        declared = {r.name: describe_declaration(r, session, sensors) for r in session.recordings}
+        for recording in session.recordings:
+            there = attributes_there(extraction.out / recording.name)
+            if there and there.get("declared") != declared[recording.name]:
+                checksum = check_files(recording, session.declared)
+                require_same_files(extraction.out, recording.name, checksum)
+                remove(extraction.out / recording.name)
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
         for sentence in describe(lags, session.press.name) if session.press else ():
@@ -154,14 +104,6 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
                 return _failures(session, outcomes, extraction, progress)
         finally:
             remove_empty(extraction.out, declared)
-
-
-def _remove_declared_otherwise(session: Session, declared: Mapping[str, str], store: Path) -> None:
-    for recording in session.recordings:
-        there = attributes_there(store / recording.name)
-        if there and there.get("declared") != declared[recording.name]:
-            require_same_files(store, recording.name, check_files(recording, session.declared))
-            remove(store / recording.name)
 
 
 def _failures(
@@ -179,30 +121,25 @@ def _failures(
             others = len(session.recordings) > 1
             raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
-    notes = notes_of(extraction.out)
-    for sentence in (
-        *notes.sentences,
-        *notes.of_force,
-        *_speedless(session),
-        *session.left_out(),
-    ):
-        progress.note(sentence)
-    return failed
-
-
-def _speedless(session: Session) -> Iterator[str]:
-    """Say which recordings have no speed, while it is easily written down."""
+    notes = read_notes(extraction.out)
     without = [
         Path(r.name)
         for r in session.recordings
         if r.speed_mm_s is None and not {log.name for log in r.beside} & TELL_SPEED
     ]
-    if without:
-        yield (
-            f"{len(without)} of {len(session.recordings)} recordings say no speed "
-            f"({named(Path(), without)}): to hold out speeds, write speed_mm_s into the session "
-            "file and extract again"
-        )
+    speedless = [
+        f"{len(without)} of {len(session.recordings)} recordings say no speed "
+        f"({named(Path(), without)}): to hold out speeds, write speed_mm_s into the session "
+        "file and extract again"
+    ] * bool(without)
+    for sentence in (
+        *notes.sentences,
+        *notes.of_force,
+        *speedless,
+        *session.left_out(),
+    ):
+        progress.note(sentence)
+    return failed
 
 
 def _outcomes(
@@ -254,13 +191,13 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
                 "than 'published', found "
                 f"{'none' if session.reference is None else 'the published tracker'}"
             )
-        return ordered_rest(session.reference, of_still(session.reference, sensor))
+        return ordered_rest(session.reference, adapt_to_still(session.reference, sensor))
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, of_still(session.reference, sensor))
+    return rest_positions(session.reference, adapt_to_still(session.reference, sensor))
 
 
-def of_still(reference: Video, sensor: Sensor) -> Sensor:
+def adapt_to_still(reference: Video, sensor: Sensor) -> Sensor:
     """Return the sensor for a reference clip, whose only frame is the rest frame if it is a still.
 
     Other clips have the rest frame that the sensor file says.
@@ -275,7 +212,7 @@ def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
     Raises
     ------
     OtherFilesError
-        If the store holds responses of other files: to go on would leave old beside new.
+        If the store holds responses of other files: to go on would mix old with new.
     """
     cv2.setNumThreads(1)
     try:
@@ -300,7 +237,7 @@ def _try_far(sent: str, name: str) -> tuple[str, str | None]:
     return _try_one(
         recording,
         session.declared.of(name),
-        declared_of(recording, session, sensors),
+        describe_declaration(recording, session, sensors),
         reference,
         extraction.model_copy(update={"sensor": sensors.of(recording)}),
     )
@@ -313,7 +250,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
     require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
-    session = with_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
+    session = set_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
     sensors = sensors_of(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors
 
@@ -335,18 +272,18 @@ def _extract_one(
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")
         recording = replace(recording, audio=None)
-    beside = recording.beside
-    began_s = getattr(recording.video, "began_s", 0.0) if beside else 0.0
+    logs = recording.beside
+    began_s = getattr(recording.video, "began_s", 0.0) if logs else 0.0
     recording = watched(recording)
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
     if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
-    found = found.assign({log.name: log.variable(began_s) for log in beside})
-    found = with_motion(found, beside)
+    found = found.assign({log.name: log.variable(began_s) for log in logs})
+    found = add_motion(found, logs)
     issues += require_accepted(find_issues(recording, found), extraction.accept)
-    found = with_issues(with_fingerprint(found), issues)
+    found = add_issues(add_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)
     write_responses(extraction.out, found)
 

@@ -1,4 +1,4 @@
-"""What `extract` is asked for, and what of a recording's declaration its responses rest on."""
+"""The options of `extract`, and what of a recording's declaration its responses rest on."""
 
 import json
 from pathlib import Path
@@ -90,7 +90,7 @@ class Extraction(BaseModel):
         }
 
 
-def declared_of(recording: Recording, session: Session, sensors: Sensors) -> str:
+def describe_declaration(recording: Recording, session: Session, sensors: Sensors) -> str:
     """Return, as JSON, what is declared of a recording; where that changes, it is made again."""
     own = sensors.of(recording).model_dump(mode="json") if recording.sensor else None
     declared = {

@@ -15,7 +15,7 @@ from afferents.markers.sensor import Sensor, sensor_in
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.media import is_image_folder
-from afferents.recordings.session_file import rate_in
+from afferents.recordings.session_file import parse_rate
 from afferents.recordings.video import VideoWithProgress, open_clip, open_video
 from afferents.store.recording import Video
 from afferents.store.zarr_store import TRACKS, is_tracks, write_group
@@ -66,7 +66,7 @@ def track_into(
     ------
     InputError
         As `extract`; if a video or the sensor is not what it should be, `out` is not free, or a
-        cluster is asked for with one video.
+        cluster is given with one video.
     PartialFailureError
         If the video can't be decoded to its end; the store holds what came before.
     """
@@ -85,7 +85,7 @@ def track_into(
             "--cluster: expected a session, whose videos go side by side, found one video"
         )
     require_free(out, is_tracks, force=force, reads=[source])
-    video = open_clip(source, None if fps_hz is None else rate_in(fps_hz))
+    video = open_clip(source, None if fps_hz is None else parse_rate(fps_hz))
     why = ""
     if given is None:
         given, why = recognise_sensor(video)

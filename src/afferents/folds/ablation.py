@@ -15,8 +15,8 @@ from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.folds.held_out import SPEED, condition_text
 from afferents.folds.protocol import Fold
-from afferents.store.recording import LETTERS, folder_of
-from afferents.store.responses import Responses, conditions, speed_of, speeds_of, textures_of
+from afferents.store.recording import LETTERS, name_folder
+from afferents.store.responses import Responses, conditions, list_speeds, speed_of, textures_of
 
 _SPREAD = (0.7548776662466927, 0.5698402909980532)
 """Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""
@@ -76,12 +76,12 @@ class Ablation:
         """
         there, textures = textures_of(recordings), []
         for name in self.textures:
-            known = folder_of(name) if name not in there and name in tuple(LETTERS) else name
+            known = name_folder(name) if name not in there and name in tuple(LETTERS) else name
             if known not in there:
                 raise InputError(f"--textures: expected some of {', '.join(there)}, found '{name}'")
             textures.append(known)
         textures = textures or there
-        SPEED.require(self.speeds_mm_s, speeds_of(recordings), "--speeds")
+        SPEED.require(self.speeds_mm_s, list_speeds(recordings), "--speeds")
         wanted = self.speeds_mm_s
         return [
             r

@@ -18,7 +18,7 @@ from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.folds.held_out import OPTION, Group, Split, keep_parts
-from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
+from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, read_path
 from afferents.store.responses import Responses, steady_s
 
 NAME = re.compile(r"angle(-\d+)?")
@@ -123,7 +123,7 @@ class ByAngle(Split):
 
 
 def _find_path(responses: Responses) -> DrumPath:
-    way = path_in(responses)
+    way = read_path(responses)
     if way is None:
         raise InputError(
             f"{OPTION}: expected the drum's angle in every recording, found none logged for "

@@ -9,7 +9,8 @@ import xarray as xr
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.extraction.extract import find_video_issues, marker_responses
+from afferents.extraction.extract import marker_responses
+from afferents.extraction.issues import find_video_issues
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, measure_quality
 from afferents.markers.sensor import Sensor
@@ -18,7 +19,7 @@ from afferents.progress import Progress
 from afferents.quality.sound import find_sound_issues, measure_level, require_finite
 from afferents.recordings.audio import WavFile, sound_within
 from afferents.recordings.check import video_facts
-from afferents.recordings.session_file import rate_in
+from afferents.recordings.session_file import parse_rate
 from afferents.recordings.video import Footage, VideoWithProgress, open_clip
 from afferents.reporting import recording_figures
 from afferents.reporting.overlay import write_overlay
@@ -50,7 +51,7 @@ def inspect_video(
     fps_hz: float | None = None,
 ) -> Inspection:
     """Track a video's markers and report how well that went; draw markers, SA-I and RA-I."""
-    video = open_clip(path, None if fps_hz is None else rate_in(fps_hz))
+    video = open_clip(path, None if fps_hz is None else parse_rate(fps_hz))
     found = Inspection(str(path), facts={"video": video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     found.sentences.append(

@@ -10,18 +10,14 @@ from afferents.errors import InputError, reading, then
 from afferents.files import Place, has_mark, require_free, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.quality.lasting import EDGE_S
-from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session, readers
 from afferents.recordings.described import DATA_SET_FILE, Described
-from afferents.recordings.guess import (
-    Guess,
-    guess_data_set,
-    guess_recordings,
-    guess_rule,
-    tables_in,
-)
+from afferents.recordings.draft import find_tables, guess_data_set
+from afferents.recordings.frame_rate import RATE_TOLERANCE
+from afferents.recordings.guess import Guess, guess_recordings, guess_rule
 from afferents.recordings.layouts import published
-from afferents.recordings.media import Pattern, is_sound, media_in, named
+from afferents.recordings.media import find_media, is_sound, named
+from afferents.recordings.pattern import Pattern
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
 from afferents.recordings.video import open_video
 from afferents.store.motion import TELL_SPEED
@@ -45,7 +41,7 @@ def _describe_tables(folder: Path, force: bool) -> FirstSession:
     """Write a first `dataset.toml` into a folder of tables."""
     target = folder / DATA_SET_FILE
     require_free(target, _is_ours, force=force)
-    lines, sentences = guess_data_set(folder, tables_in(folder))
+    lines, sentences = guess_data_set(folder, find_tables(folder))
     write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
     try:
         data_set = Described(folder)
@@ -162,7 +158,7 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
             f"'afferents extract {folder} OUT.zarr' reads as they are"
         )
     try:
-        has_tables = bool(tables_in(folder)) and not media_in(folder)
+        has_tables = bool(find_tables(folder)) and not find_media(folder)
     except OSError:  # which `_look` reports
         has_tables = False
     if has_tables:
@@ -186,7 +182,7 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
 
 def _look(folder: Path) -> _Found:
     with reading(folder, "a readable folder", OSError):
-        paths = media_in(folder)
+        paths = find_media(folder)
         try:
             in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
         except InputError:

@@ -10,7 +10,8 @@ from typing import Any
 from afferents import dims
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import share_lost, summarise_lost
-from afferents.extraction.extract import find_issues, of_still, responses_of, watched
+from afferents.extraction.extract import adapt_to_still, responses_of
+from afferents.extraction.issues import find_issues, watched
 from afferents.inspection.files import PICTURED_S, Inspection, draw_vibration, draw_video
 from afferents.inspection.init import grid_sentence, list_first
 from afferents.markers.sensor import Sensor, default_sentences, sensors_of
@@ -23,6 +24,7 @@ from afferents.quality.lasting import EDGE_S
 from afferents.recordings import session as sessions
 from afferents.recordings.check import ClipFile, facts
 from afferents.recordings.data_set import DataSet
+from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.series import JoinedFiles, SeriesFile
 from afferents.recordings.video import VideoWithProgress
 from afferents.reporting.text import describe_lost
@@ -118,7 +120,7 @@ def inspect_recordings(
     try:
         found.sentences += log_sentences(session)
         if not found.problems and isinstance(session, sessions.Session):
-            sessions.require_rates_that_agree(session, session.declared)
+            require_rates_that_agree(session, session.declared)
     except InputError as error:
         found.problems.append(str(error))
     found.facts = {"recordings": rows, "issues": {k: v for k, v in issues.items() if v}}
@@ -146,7 +148,9 @@ def draw_first(
                 and session.declared.rest == "reference"
                 and clip
             ):
-                rest = ordered_rest(clip, of_still(clip, sensor))  # displacement counts from it
+                rest = ordered_rest(
+                    clip, adapt_to_still(clip, sensor)
+                )  # displacement counts from it
             tracks = track_markers(start, sensor, count_from=rest)
             assert start.last is not None
             name = f"{source}, {recording.name}"
@@ -217,7 +221,7 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
         return []
     try:
         usual = sensors_of(session, sensor).usual
-        rest_positions(session.reference, of_still(session.reference, usual))
+        rest_positions(session.reference, adapt_to_still(session.reference, usual))
     except AfferentsError as error:
         return [f"The published tracker can't be led by it: {error}."]
     return []

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.evaluation.data import share_lost, summarise_lost
-from afferents.extraction.copies import notes_in
+from afferents.extraction.copies import make_notes
 from afferents.inspection.files import PICTURED_S, RESPONSES, Inspection, draw_vibration
 from afferents.recordings.data_set import DataSet
 from afferents.reporting import recording_figures
@@ -100,7 +100,7 @@ def inspect_responses(
     found.sentences.append(
         f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
     )
-    notes = notes_in({str(r.attrs["name"]): r.attrs for r in recordings})
+    notes = make_notes({str(r.attrs["name"]): r.attrs for r in recordings})
     found.sentences += [*notes.sentences, *series_sentences(recordings), *notes.of_force]
     lost = {
         str(responses.attrs["name"]): share_lost(responses[dims.DETECTED], responses.attrs)

@@ -12,7 +12,7 @@ from afferents.markers.grid import Grid
 from afferents.markers.rest import N_FRAMES, median_picture
 from afferents.markers.sensor import FEWEST, Sensor
 from afferents.markers.windowed import Audit, Tracked
-from afferents.store.recording import Frame, GreyImage, as_grey
+from afferents.store.recording import Frame, GreyImage, make_grey
 
 STILL = 2.0
 """Where pictures differ more from the first, in grey levels over all pixels, the skin moves."""
@@ -86,7 +86,7 @@ class Cells:
 
     def step(self, image: GreyImage) -> Tracked:
         """Return what the next frame says: luma, (height, width), uint8."""
-        off = cv2.absdiff(as_grey(image, self._levels), self._rest)
+        off = cv2.absdiff(make_grey(image, self._levels), self._rest)
         return Tracked(self.rest_position, self.present, self._mean(off))
 
     def _mean(self, values: NDArray[np.generic]) -> NDArray[np.float64]:

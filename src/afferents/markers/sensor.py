@@ -24,7 +24,7 @@ from afferents import dims
 from afferents.choices import Layout
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.recordings.layouts import sensor_named
+from afferents.recordings.listed import sensor_named
 from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 

@@ -40,7 +40,7 @@ from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import measure_image_quality
-from afferents.store.recording import Frame, GreyImage, Video, as_grey
+from afferents.store.recording import Frame, GreyImage, Video, make_grey
 
 
 def labelled(
@@ -161,7 +161,7 @@ class Tracker:
             return self._find(image)
         if self.method == "windowed":
             return self._follow(image)
-        blobs = detect(as_grey(image, self._levels), self.sensor)
+        blobs = detect(make_grey(image, self._levels), self.sensor)
         link = link_nearest if self.method == "published" else link_one_to_one
         blob = link(self._expected, blobs, self.sensor.gate_px)
         detected = blob != NO_BLOB
@@ -191,7 +191,7 @@ class Tracker:
 
     def _find(self, image: GreyImage) -> Tracked:
         """Find the markers of the first frame, which is taken for the skin at rest."""
-        where, grey = "the first frame", as_grey(image, self._levels)
+        where, grey = "the first frame", make_grey(image, self._levels)
         first = self.sensor.model_copy(update={"rest_frame": 0})
         found = find_rest_markers([grey], first, where, self.method)
         rest = order_markers(found, first, self.method, None, where)

@@ -13,7 +13,7 @@ from afferents.markers import kernel
 from afferents.markers.detect import Positions, find_markers, without_shine
 from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
 from afferents.markers.sensor import Sensor
-from afferents.store.recording import GreyImage, as_grey
+from afferents.store.recording import GreyImage, make_grey
 
 
 class Tracked(NamedTuple):
@@ -139,7 +139,7 @@ class Windowed:
         rest_image = without_shine(rest_image, sensor.looks)
         self._sign = 1.0 if sensor.looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
-        radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
+        radius = _radius(make_grey(rest_image, levels), rest_position, sensor)
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
         self._farthest, self._nearest = WINDOW * distance, SAME_BLOB * distance
         self._reach = SEARCH * float(np.median(np.minimum(distance, _FAR_RADII * radius)))
@@ -271,7 +271,7 @@ class Windowed:
     ) -> None:
         """Check names by the whole picture and the layout's order, and take better ones over."""
         self.audit.checks += 1
-        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor)
+        blobs, _ = find_markers(make_grey(image, self._levels), self._sensor)
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
@@ -397,7 +397,7 @@ class Windowed:
     ) -> None:
         """Give markers to the blobs of the whole picture, nearest to where they are expected."""
         self.audit.searches += 1
-        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor)
+        blobs, _ = find_markers(make_grey(image, self._levels), self._sensor)
         blob = link_one_to_one(predicted, blobs, self._reach / 2)
         found[:] = blob != NO_BLOB
         position[:] = np.nan

@@ -13,7 +13,7 @@ from afferents.errors import InputError, reading
 from afferents.plugins import import_extra
 from afferents.reporting.labels import shorten_list
 from afferents.spikes.population import Spikes
-from afferents.store.recording import as_label, require_distinct
+from afferents.store.recording import fold_label, require_distinct
 
 _LABELS = ("unit", "class", "texture")
 _TRIAL = ["texture", "speed_mm_s", "repetition"]
@@ -146,7 +146,7 @@ def _labels(table: pd.DataFrame, name: str, file: Path, do: str) -> pd.Series:
             f"{file}: expected '{name}' of every row, found none in row {missing.argmax() + 1}; "
             "write it, or remove the row"
         )
-    labels = {label: as_label(format_label(label)) for label in table[name].unique()}
+    labels = {label: fold_label(format_label(label)) for label in table[name].unique()}
     if name not in ("unit", "class"):  # one texture under two names would be two classes
         require_distinct(file, labels.values(), ())
     return table[name].map(labels)

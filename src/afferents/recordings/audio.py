@@ -45,7 +45,7 @@ def sound_name(path: Path) -> str | bytes:
 def reading_sound(path: Path) -> Iterator[None]:
     """Say in a sentence that names the file what libsndfile raises; see `errors.reading`."""
     again = f"export it again, or try 'ffmpeg -i {path.name} OUT.wav'"
-    do = again if path.suffix.lower() in SOUNDS else as_wav(path)
+    do = again if path.suffix.lower() in SOUNDS else advise_conversion(path)
     with reading(path, "a readable sound file", soundfile.SoundFileError, do=do):
         try:
             yield
@@ -54,19 +54,19 @@ def reading_sound(path: Path) -> Iterator[None]:
             raise soundfile.SoundFileError(f"none that libsndfile reads ({found})") from error
 
 
-def as_wav(path: Path) -> str:
-    """Say how sound in a format that is not read becomes a file that is."""
+def advise_conversion(path: Path) -> str:
+    """Return how sound in a format that is not read becomes a file that is."""
     return f"'ffmpeg -i {path.name} -vn {path.stem}.wav' writes sound that is read"
 
 
 def sound_within(videos: Sequence[Path]) -> list[str]:
-    """Say how many videos hold sound, which is not read from them; nothing where none does."""
+    """Return how many videos hold sound, which is not read from them; nothing where none does."""
     found = []
     for path in videos:
         with suppress(av.FFmpegError, OSError), av.open(f"file:{path}") as container:
             found += [path] if container.streams.audio else []
     of = f"{len(found)} of {len(videos)} videos hold" if len(videos) > 1 else "The video holds"
-    return [f"{of} sound, which is left out: {as_wav(found[0])}."] if found else []
+    return [f"{of} sound, which is left out: {advise_conversion(found[0])}."] if found else []
 
 
 def _declared(noted: str) -> int:
@@ -85,7 +85,7 @@ FULL_SCALE = "full scale"
 
 @dataclass(frozen=True)
 class WavFile:
-    """One channel of a sound file; its header is read when first asked for.
+    """One channel of a sound file; its header is read when first needed.
 
     Implements `afferents.store.recording.Vibration`.
 

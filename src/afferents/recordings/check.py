@@ -1,4 +1,4 @@
-"""Whether a recording's files are what their headers and its session declare."""
+"""What the headers of a recording's files state, and whether its session declares the same."""
 
 import hashlib
 import json
@@ -11,6 +11,7 @@ from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
+from afferents.recordings.frame_rate import RATE_TOLERANCE, lost_frames, wrong_rate
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
@@ -20,6 +21,9 @@ from afferents.store.trimming import require_reached
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
 
+_OF_VIDEO = ("width", "height", "fps_hz", "n_frames", "duration_s")
+_OF_SOUND = ("n_channels", "sample_rate_hz", "n_samples")
+
 SHORTER_AUDIO_S, SHORTER_AUDIO = 0.5, 0.02
 """How much shorter than the video the audio may be, s or as a share of it, whatever is cut off."""
 LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
@@ -27,9 +31,7 @@ LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
 other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
 SHORT = 4
-"""Of a short recording, at most one part in so many is cut off at an end."""
-RATE_TOLERANCE = 0.1
-"""How far a video's nominal frame rate may lie from the declared one, as a share of it."""
+"""Of a short recording, at most one part in this many is cut off at an end."""
 
 
 def require_own_files(session: RecordingSet) -> None:
@@ -113,7 +115,14 @@ def check_recording(
         _check_video(video, sound, declared)
         _require_steady(recording, video.path, video.duration_s, declared)
     if sound is not None:
-        _check_audio(sound, declared)
+        rate, channels = sound.sample_rate_hz, sound.n_channels
+        expected = (declared.sample_rate_hz or rate, declared.audio_channels or channels)
+        if (rate, channels) != expected:
+            raise InputError(
+                f"{sound.path}: expected {expected[1]} channel(s) at {expected[0]:g} Hz, found "
+                f"{channels} at {rate:g} Hz; declare audio_channels and sample_rate_hz in "
+                f"{declared.file}"
+            )
     if sound is not None and video is None:
         _require_steady(recording, sound.path, sound.n_samples / sound.sample_rate_hz, declared)
     if isinstance(video, ClipFile) and sound is not None:
@@ -141,33 +150,12 @@ def _check_video(video: ClipFile, audio: WavFile | None, declared: SessionFile) 
         )
 
 
-def lost_frames(video: object, expected_hz: float) -> bool:
-    """Return whether a video's low rate is that of lost frames, which its times show as gaps.
-
-    To give the expected rate would squeeze its time.
-    """
-    return isinstance(video, VideoFile) and (
-        abs(video.usual_hz - expected_hz) <= RATE_TOLERANCE * expected_hz
-    )
-
-
 def _require_steady(
     recording: Recording, path: Path, length_s: float, declared: SessionFile
 ) -> None:
     """Refuse a constant speed that goes on after the recording has ended; 0 s: none is declared."""
     if recording.steady_s and length_s > 0:
         require_reached(path, length_s, recording.steady_s, f"mend steady_s in {declared.file}")
-
-
-def _check_audio(audio: WavFile, declared: SessionFile) -> None:
-    rate, channels = audio.sample_rate_hz, audio.n_channels
-    expected = (declared.sample_rate_hz or rate, declared.audio_channels or channels)
-    if (rate, channels) != expected:
-        raise InputError(
-            f"{audio.path}: expected {expected[1]} channel(s) at {expected[0]:g} Hz, found "
-            f"{channels} at {rate:g} Hz; declare audio_channels and sample_rate_hz in "
-            f"{declared.file}"
-        )
 
 
 def _doubt_lengths(
@@ -187,12 +175,6 @@ def _doubt_lengths(
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
     cause = f"if the video's {video.fps_hz:g} frames a second are wrong, give the true {FPS}"
     return [QualityIssue("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
-
-
-# What a recording's headers say of it, for `inspect`.
-
-_OF_VIDEO = ("width", "height", "fps_hz", "n_frames", "duration_s")
-_OF_SOUND = ("n_channels", "sample_rate_hz", "n_samples")
 
 
 def facts(recording: Recording) -> dict[str, Any]:
@@ -226,54 +208,3 @@ def facts(recording: Recording) -> dict[str, Any]:
 def video_facts(video: ClipFile) -> dict[str, Any]:
     """Return what a video's container declares: size (px), rate (Hz), frames, duration (s)."""
     return {name: getattr(video, name) for name in _OF_VIDEO}
-
-
-# Whether a video's frame rate is wrong, as its number of frames and its sound tell.
-#
-# Writers such as OpenCV's note what a script says, often 30 or 25 frames a second, whatever the
-# camera did. The sound beside the video keeps a true clock.
-
-NEAR = 0.05
-"""Video and sound are of one length within this share of it: they don't begin and end together."""
-
-
-def wrong_rate(
-    n_frames: int, fps_hz: float, expected_hz: float, audio: WavFile | None, file: str
-) -> str:
-    """Say what to do about a video whose frame rate is not the declared one.
-
-    Parameters
-    ----------
-    n_frames
-        Of the video.
-    fps_hz, expected_hz
-        Its rate, and the one that is declared or usual.
-    audio
-        The sound beside it, if there is any.
-    file
-        The session file.
-    """
-    true = _say(expected_hz, file)
-    seen_hz = _by_sound(n_frames, audio)
-    if _near(seen_hz, expected_hz):
-        return (
-            f"its {n_frames} frames are as long as its sound at {expected_hz:g} a second, so the "
-            f"container's rate is wrong: {true}"
-        )
-    declare = f"declare fps_hz in {file}"
-    if _near(seen_hz, fps_hz):
-        return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
-    return f"{declare}; if the container's rate is wrong, {true}"
-
-
-def _by_sound(n_frames: int, audio: WavFile | None) -> float:
-    """Return the frame rate at which a video is as long as its sound, Hz; NaN without sound."""
-    return n_frames * audio.sample_rate_hz / audio.n_samples if audio else float("nan")
-
-
-def _near(one_hz: float, other_hz: float) -> bool:
-    return abs(one_hz - other_hz) <= NEAR * other_hz
-
-
-def _say(fps_hz: float, file: str) -> str:
-    return f"give {FPS} {fps_hz:g}, or write fps_hz and fps_overrules (true) into {file}"

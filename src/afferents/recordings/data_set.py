@@ -81,7 +81,7 @@ class DataSet(ABC):
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether a path that comes without a name is of this data set, by a look at it."""
+        """Return whether a path that comes without a name is of this data set, by a look at it."""
         return False
 
     @abstractmethod
@@ -95,7 +95,7 @@ class DataSet(ABC):
         """
 
     def read(self, name: str) -> Recording:
-        """Return the recording of an id; its frames and samples are decoded when asked for.
+        """Return the recording of an id; its frames and samples are decoded when read.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class DataSet(ABC):
         return []
 
     def describe(self, session: RecordingSet) -> list[str]:
-        """Return sentences that `inspect` says of its recordings beside what it says of all."""
+        """Return sentences of its own that `inspect` prints of its recordings."""
         return []
 
     def at_rate(self, fps_hz: float) -> Self:
@@ -160,9 +160,9 @@ class DataSet(ABC):
 
 
 Data = Union[str, Path, "DataSet"]
-"""A path, ``NAME:PATH``, where a data set of one's own is, or the data set itself."""
+"""A path, ``NAME:PATH``, of your own data set, or the data set itself."""
 
 
-def sources_in(data: Data | Sequence[Data]) -> list[Data]:
+def list_data_sets(data: Data | Sequence[Data]) -> list[Data]:
     """Return the sources of data, of which there may be one or several."""
     return list(data) if isinstance(data, Sequence) and not isinstance(data, str) else [data]

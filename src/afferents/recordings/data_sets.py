@@ -22,13 +22,13 @@ from afferents.store.zarr_store import open_responses, store_config
 
 
 class Stored(DataSet):
-    """Responses that were extracted; what they were extracted from is not asked for again."""
+    """Responses that were extracted; their sources are not needed again."""
 
     name, title = "store", "A store"
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether there is a Zarr store."""
+        """Return whether there is a Zarr store."""
         return is_group(path)
 
     def scan(self) -> RecordingSet:
@@ -110,14 +110,14 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     Parameters
     ----------
     wanted
-        A path, ``NAME:PATH`` with a name in `readers` or `PACKAGED`, a `DataSet` of one's own,
+        A path, ``NAME:PATH`` with a name in `readers` or `PACKAGED`, your own `DataSet`,
         or where one is: ``file.py:NAME``, ``package.module:NAME``, or, of a class,
         ``file.py:NAME:PATH``.
 
     Raises
     ------
     InputError
-        If there is no data set of one's own where it is said to be, or a folder without a name
+        If there is no data set of your own where the path says, or a folder without a name
         holds files of several data sets.
     """
     if isinstance(wanted, DataSet):
@@ -142,7 +142,7 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
 
 
 def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
-    """Read a folder of recordings; no video or audio is opened until it is asked for.
+    """Read a folder of recordings; no video or audio is opened until it is needed.
 
     Parameters
     ----------

@@ -10,8 +10,10 @@ from typing import Any
 from afferents.errors import InputError
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.labels import read_labels, row_of
-from afferents.recordings.media import as_speed, left_out
+from afferents.recordings.description import DataSetFile, Signal, read_data_set_file
+from afferents.recordings.labels import find_row, read_labels
+from afferents.recordings.media import left_out
+from afferents.recordings.pattern import parse_speed
 from afferents.recordings.series import (
     JoinedFiles,
     SeriesFile,
@@ -19,8 +21,7 @@ from afferents.recordings.series import (
     resampling_sentences,
     unchecked_sentences,
 )
-from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
-from afferents.store.recording import Recording, RecordingSet, as_label, require_distinct
+from afferents.store.recording import Recording, RecordingSet, fold_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
@@ -59,7 +60,7 @@ class Described(DataSet):
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether it is a TOML file, or a folder that holds one of the expected name."""
+        """Return whether it is a TOML file, or a folder that holds one of the expected name."""
         if path.is_dir():
             return (path / DATA_SET_FILE).is_file()
         return path.suffix.lower() == ".toml"
@@ -73,8 +74,8 @@ class Described(DataSet):
         """Return what a file that may change says of the signals."""
         if self.description is not None:
             return {}
-        said = self.form.model_dump(mode="json", include={"files", "signal"})
-        return {"described": said, "declared": {"simulated": self.form.simulated}}
+        known = self.form.model_dump(mode="json", include={"files", "signal"})
+        return {"described": known, "declared": {"simulated": self.form.simulated}}
 
     def matching(self, look: bool = False) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the files that match and what their names say, of the first folder with any.
@@ -100,7 +101,7 @@ class Described(DataSet):
         if not found:
             raise self._nothing_matches()
         recordings, rate_hz = [], self.form.signal.rate_hz
-        for said, paths in self._grouped(found):
+        for known, paths in self._grouped(found):
             parts = {}
             for part, path in paths.items():
                 parts[part] = SeriesFile(path, self.form.signal, rate_hz)
@@ -108,7 +109,7 @@ class Described(DataSet):
                     with suppress(InputError):
                         rate_hz = parts[part].sample_rate_hz
             whole = JoinedFiles(parts) if self.form.files.joined else parts[""]
-            recordings.append(self._recording(whole, said))
+            recordings.append(self._recording(whole, known))
         stems = {one.source.stem for one in recordings}
         if self.description is not None and len(stems) == len(recordings):
             recordings = [replace(one, name=one.source.stem) for one in recordings]
@@ -117,7 +118,7 @@ class Described(DataSet):
         return RecordingSet(self.root, tuple(recordings))
 
     def describe(self, session: RecordingSet) -> list[str]:
-        """Say what the clock rests on, and which columns are channels where none is named."""
+        """Return what the clock rests on, and which columns are channels where none is named."""
         files = [
             file
             for one in session.recordings
@@ -128,7 +129,7 @@ class Described(DataSet):
         return [*clocks, *column_sentences(files), *self.left_out(session)]
 
     def left_out(self, session: RecordingSet) -> list[str]:
-        """Say which files, of the endings of those that are read, are not read."""
+        """Return which files, of the endings of those that are read, are not read."""
         taken, files = [path for one in session.recordings for path in one.files], self.form.files
         endings = {path.suffix.lower() for path in taken}
         where = "" if files.folders == (".",) else f" in {' or '.join(files.folders)}"
@@ -150,17 +151,17 @@ class Described(DataSet):
         """
         joined = self.form.files.joined
         if not joined:
-            return [(said, {"": path}) for path, said in found]
+            return [(known, {"": path}) for path, known in found]
         groups: dict[tuple[tuple[str, str], ...], dict[str, Path]] = {}
-        for path, said in found:
-            rest = tuple((name, text) for name, text in said.items() if name != joined)
+        for path, known in found:
+            rest = tuple((name, text) for name, text in known.items() if name != joined)
             parts = groups.setdefault(rest, {})
-            if other := parts.get(said[joined]):
+            if other := parts.get(known[joined]):
                 raise InputError(
                     f"{self.path}: expected files that their names tell apart, found {other.name} "
                     f"and {path.name}; name what differs in the pattern, such as {{trial}}"
                 )
-            parts[said[joined]] = path
+            parts[known[joined]] = path
         wanted = {part for parts in groups.values() for part in parts}
         for parts in groups.values():
             if missing := sorted(wanted - set(parts)):
@@ -179,9 +180,9 @@ class Described(DataSet):
             for path in place.glob("/".join(["*"] * self.form.files.depth)):
                 if is_hidden(inner := path.relative_to(place)):
                     continue
-                said = self.form.files.values(inner.as_posix(), self.path)
-                if said is not None and path.is_file():
-                    yield path, said
+                known = self.form.files.values(inner.as_posix(), self.path)
+                if known is not None and path.is_file():
+                    yield path, known
 
     def _labelled(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
@@ -191,10 +192,12 @@ class Described(DataSet):
             return list(found)
         path = self.root / labels.file
         rows = read_labels(path, labels)
-        named = [(row_of(file.relative_to(self.root).as_posix(), rows), file) for file, _ in found]
+        named = [
+            (find_row(file.relative_to(self.root).as_posix(), rows), file) for file, _ in found
+        ]
         taken: dict[str, Path] = {}
         kept: list[tuple[Path, Mapping[str, str]]] = []
-        for (name, file), (_, said) in zip(named, found, strict=True):
+        for (name, file), (_, known) in zip(named, found, strict=True):
             if name is None:
                 continue
             if (other := taken.setdefault(name, file)) is not file:
@@ -202,7 +205,7 @@ class Described(DataSet):
                     f"{path}: expected a row a file, found '{name}', which {other} and {file} are "
                     "called; write more of their paths"
                 )
-            kept.append((file, {**said, **rows[name]}))
+            kept.append((file, {**known, **rows[name]}))
         if not kept:
             raise InputError(
                 f"{path}: expected rows of the files in {self.root}, such as {found[0][0].name}, "
@@ -219,13 +222,13 @@ class Described(DataSet):
         return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
     def _recording(self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]) -> Recording:
-        files, said = self.form.files, {k: as_label(text) for k, text in values.items()}
+        files, known = self.form.files, {k: fold_label(text) for k, text in values.items()}
         for name, words in files.words.items():
-            said[name] = words.get(said[name], said[name])
+            known[name] = words.get(known[name], known[name])
         speed = files.speed_mm_s
-        if "speed" in said:
-            speed = self._speed(series.path, said.pop("speed"))
-        texture = files.texture or said.pop("texture")
+        if "speed" in known:
+            speed = self._speed(series.path, known.pop("speed"))
+        texture = files.texture or known.pop("texture")
         inner = series.path.relative_to(self.root).with_suffix("")
         return Recording(
             name=inner.as_posix(),
@@ -234,12 +237,17 @@ class Described(DataSet):
             source=series.path,
             audio=series,
             steady_s=_steady(series, self.form.signal),
-            conditions={name: _value(text) for name, text in said.items()},
+            conditions={
+                name: int(text)
+                if re.fullmatch(r"-?\d+", text)
+                else (float(text) if re.fullmatch(r"-?\d+\.\d+", text) else text)
+                for name, text in known.items()
+            },
         )
 
     def _speed(self, path: Path, text: str) -> float:
         try:
-            speed = as_speed(text) * self.form.files.mm_s
+            speed = parse_speed(text) * self.form.files.mm_s
         except ValueError:
             raise InputError(f"{path}: expected a speed in its name, found '{text}'") from None
         if speed == 0:
@@ -252,8 +260,8 @@ class Described(DataSet):
         """Refuse files that the pattern does not tell apart: it matches something twice."""
         seen: dict[Any, Recording] = {}
         for one in recordings:
-            said = (one.texture, one.speed_mm_s, tuple(sorted(one.conditions.items())))
-            other = seen.setdefault(said, one)
+            known = (one.texture, one.speed_mm_s, tuple(sorted(one.conditions.items())))
+            other = seen.setdefault(known, one)
             if other is not one:
                 at = "" if one.speed_mm_s is None else f" at {one.speed_mm_s:g} mm/s"
                 raise InputError(
@@ -280,10 +288,3 @@ def _steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, fl
             f"{end_s - stop_s:g} s; leave it out, or shorten [signal] steady_s"
         )
     return start_s, end_s
-
-
-def _value(text: str) -> str | float:
-    """Return a condition as a number where it is one."""
-    if re.fullmatch(r"-?\d+", text):
-        return int(text)
-    return float(text) if re.fullmatch(r"-?\d+\.\d+", text) else text

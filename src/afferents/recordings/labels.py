@@ -3,10 +3,10 @@
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from afferents.errors import InputError, reading
-from afferents.recordings.tables import Labels, read_texts
+from afferents.recordings.description import Labels
+from afferents.recordings.tables import read_texts
 
 Row = Mapping[str, str]
 """By what it says: texture, speed, or the name of a condition."""
@@ -60,15 +60,11 @@ def _rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
             f"{path}: expected a list of objects, or an object by file, found another JSON"
         )
     for number, row in enumerate(found, start=1):
-        yield f"row {number}", {str(name): _text(one) for name, one in row.items()}
+        texts = {str(k): "" if one is None else str(one).strip() for k, one in row.items()}
+        yield f"row {number}", texts
 
 
-def _text(value: Any) -> str:
-    """Return a value of JSON as names of files would say it."""
-    return "" if value is None else str(value).strip()
-
-
-def row_of(path: str, rows: Mapping[str, Row]) -> str | None:
+def find_row(path: str, rows: Mapping[str, Row]) -> str | None:
     """Return under which name rows speak of a path: its own, without ending, or its last part."""
     whole = Path(path)
     names = (whole, whole.with_suffix(""), Path(whole.name), Path(whole.stem))

@@ -1,4 +1,4 @@
-"""Numbered pictures as a video: a folder or zip of them, with the times that a CSV beside says."""
+"""Numbered pictures as a video: a folder or zip of them, with the times of a CSV next to them."""
 
 import re
 import zipfile
@@ -23,14 +23,14 @@ from afferents.store.recording import Frame
 Picture = Path | zipfile.Path
 ZIP = ".zip"
 TIMES = "timestamps.csv"
-"""Name of the CSV in a folder of pictures; beside `clip/` it is `clip.csv`."""
+"""Name of the CSV in a folder of pictures; next to `clip/` it is `clip.csv`."""
 TIME_COLUMNS = ("time_s", "timestamp", "real_time", "real_elapsed", "time")
 PICTURE_COLUMNS = ("image", "time_series_images", "picture", "file", "frame_id", "frame")
 """Columns of such a CSV, of each the first that is there: s, and a picture's name or number."""
 
 _NUMBER = re.compile(r"\d+$")
 _AHEAD, _MOST_THREADS = 8, 4
-"""Pictures decoded before they are asked for, and in how many threads at most."""
+"""Pictures decoded before they are needed, and in how many threads at most."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ImageFolder:
         Images a second, where nothing else says when they were taken, or the CSV is wrong.
     times
         The CSV, with columns of `TIME_COLUMNS` and `PICTURE_COLUMNS`; None for ``timestamps.csv``
-        in the folder, or the CSV of the folder's name beside it.
+        in the folder, or the CSV of the folder's name next to it.
 
     Raises
     ------
@@ -212,8 +212,8 @@ class ImageFolder:
 
 def times_beside(path: Path) -> Path | None:
     """Return the CSV of times of a folder of images, or of a zip file; None where there is none."""
-    beside = (path / TIMES, path.with_suffix(".csv"))
-    return next((one for one in beside if one.is_file()), None)
+    places = (path / TIMES, path.with_suffix(".csv"))
+    return next((one for one in places if one.is_file()), None)
 
 
 def _times_in(csv: Path, numbered: dict[int, Picture]) -> NDArray[np.float64]:

@@ -86,8 +86,8 @@ def typestore() -> Any:
     store.register(
         {
             name: parsed
-            for asked, text in _TYPES.items()
-            for name, parsed in get_types_from_msg(text, asked).items()
+            for message, text in _TYPES.items()
+            for name, parsed in get_types_from_msg(text, message).items()
         }
     )
     return store

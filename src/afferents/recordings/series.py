@@ -1,4 +1,4 @@
-"""Rows that come at uneven times, brought to a regular clock."""
+"""Channels of files of a data set of time series, checked against the clock."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,145 +14,11 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings.tables import UNITS_MS, Numbers, Signal, Table, read_columns, read_table
+from afferents.recordings import columns, row_times
+from afferents.recordings.description import UNITS_MS, Signal
+from afferents.recordings.row_times import AGREES, Rows
+from afferents.recordings.tables import Numbers, Table, read_columns, read_table
 from afferents.store.trimming import require_reached
-
-_PASSED = 0.42
-"""Share of the rate up to which the filter against aliasing passes all."""
-_AGREES = 0.01
-"""Rates that differ by less are one."""
-
-
-@dataclass(frozen=True)
-class Rows:
-    """The rows of a file before they were resampled.
-
-    Attributes
-    ----------
-    n, n_dropped
-        How many there were, and how many of them did not come after all before them.
-    step_ms, longest_ms
-        Median and longest time between two that were kept, ms.
-    limit_hz
-        Up to where frequencies are kept: half the rate of rows that are `step_ms` apart, or what
-        the new rate allows, Hz.
-    """
-
-    n: int
-    n_dropped: int
-    step_ms: float
-    longest_ms: float
-    limit_hz: float
-
-
-def in_order(time_ms: Numbers) -> NDArray[np.bool_]:
-    """Tell of each row (n,) whether it comes after all before it."""
-    latest = np.maximum.accumulate(time_ms)
-    return np.append(True, time_ms[1:] > latest[:-1])
-
-
-def resampled(time_ms: Numbers, values: Numbers, rate_hz: float, cubic: bool) -> Numbers:
-    """Return what lies between rows, on a regular clock that begins at the first.
-
-    Where rows come faster than the clock ticks, it is read between them on a finer clock, and
-    filtered before samples are left out, so that no frequency appears as another.
-
-    Parameters
-    ----------
-    time_ms
-        (n,), rising.
-    values
-        (n, column).
-    rate_hz
-        Of the clock.
-    cubic
-        Whether by Akima's cubic (modified) instead of straight lines.
-
-    Returns
-    -------
-    numpy.ndarray
-        (sample, column).
-    """
-    finer = _finer(time_ms, rate_hz)
-    period_ms = 1000 / (rate_hz * finer)
-    n = math.floor((time_ms[-1] - time_ms[0]) / period_ms + 1e-6) + 1
-    at_ms = time_ms[0] + period_ms * np.arange(n)
-    if cubic and len(time_ms) > 2:
-        from scipy.interpolate import Akima1DInterpolator
-
-        found = Akima1DInterpolator(time_ms, values, method="makima")(
-            np.minimum(at_ms, time_ms[-1])
-        )
-    else:
-        found = np.stack([np.interp(at_ms, time_ms, column) for column in values.T], axis=1)
-    if finer > 1:
-        from scipy.signal import resample_poly
-
-        found = resample_poly(found, 1, finer, axis=0, padtype="line")
-    return np.asarray(found, np.float64)
-
-
-def _finer(time_ms: Numbers, rate_hz: float) -> int:
-    """Return how much finer a clock must be to be as fast as rows are in the mean."""
-    rows_hz = 1000 * (len(time_ms) - 1) / float(time_ms[-1] - time_ms[0])
-    return max(1, math.ceil(rows_hz / rate_hz - _AGREES))
-
-
-# What columns do: those that count, label or hold texts are no signals.
-
-RISES, TEXTS = "it rises or falls from row to row, as counters and clocks do", "it holds no numbers"
-LABELS, DEAD = "it has one value in each file, as labels do", "it never changes, in any file"
-_BACK, _ON = 0.01, 0.2
-"""A counter or clock, which may begin again, goes back in no more than the first share of its
-steps, and on in the second at least."""
-Courses = Mapping[str, str | float | None]
-"""Of each column by name: `RISES`, `TEXTS`, its value if it has one only, else None."""
-
-
-def courses(table: Table) -> Courses:
-    """Return what each column of a table does, by name."""
-    columns = zip(table.columns, table.values.T, strict=True)
-    return {name: _course(values[np.isfinite(values)]) for name, values in columns}
-
-
-def _course(values: Numbers) -> str | float | None:
-    if not len(values):
-        return TEXTS
-    step = np.diff(values)
-    if not step.any():
-        return float(values[0])
-    back, on = sorted([(step > 0).mean(), (step < 0).mean()])
-    return RISES if back <= _BACK and on >= _ON else None
-
-
-def no_signals(files: Sequence[Courses]) -> dict[str, str]:
-    """Return why columns are no signals, by name, from what they do in all files.
-
-    Those that are `DEAD` may be sensors that failed.
-    """
-    why = {}
-    for name in files[0]:
-        its = {one.get(name) for one in files}
-        if all(isinstance(value, float) for value in its):
-            why[name] = LABELS if len(its) > 1 else DEAD
-        elif len(its) == 1 and isinstance(reason := its.pop(), str):
-            why[name] = reason
-    return why
-
-
-def unit_of(step: float, n: int, declared: str) -> str:
-    """Return the unit in which `n` times, `step` apart, can be those of a touch.
-
-    The declared one if it can be, or if none can, else the longest that can.
-    """
-    for unit in (declared, *UNITS_MS):
-        step_s = step * UNITS_MS[unit] / 1000
-        if step_s <= _SLOWEST_S and _SHORTEST_S <= n * step_s <= _LONGEST_S:
-            return unit
-    return declared
-
-
-# Channels of one file of a data set of time series, checked against its clock.
 
 _ROUNDING = 1e-6
 """Share of a step that times in floating point may be off."""
@@ -160,13 +26,11 @@ _ROUNDING = 1e-6
 _BRIDGED = 5
 """Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
 _UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
-_SLOWEST_S, _SHORTEST_S, _LONGEST_S = 0.2, 0.2, 3600
-"""Longest step of a clock, and shortest and longest recording, that a unit of times may give."""
 
 
 @dataclass(frozen=True)
 class SeriesFile:
-    """The channels of a file, parsed when asked for.
+    """The channels of a file, parsed when read.
 
     Implements `afferents.store.recording.Vibration`.
 
@@ -258,22 +122,23 @@ class SeriesFile:
                 values=table.values[new], place=table.place[new], time=table.time[new]
             )
         rate_hz = self.signal.resample_hz
-        return (table, None) if rate_hz is None else self._resampled(table, rate_hz)
+        return (table, None) if rate_hz is None else self._resample(table, rate_hz)
 
-    def _resampled(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
+    def _resample(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
         time_ms = self._time_ms(table)
         assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
-        kept = in_order(time_ms)
+        kept = row_times.find_rows_in_order(time_ms)
         self._check_order(table, time_ms, kept)
         time_ms = time_ms[kept]
         usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
-        allowed_hz = rate_hz * (0.5 if _finer(time_ms, rate_hz) == 1 else _PASSED)
+        is_finer = row_times.find_oversampling(time_ms, rate_hz) > 1
+        allowed_hz = rate_hz * (row_times.PASSED if is_finer else 0.5)
         limit_hz = min(allowed_hz, 500 / usual_ms)
         rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
         self._check_gaps(table.place[kept], table.unit, time_ms, rows)
         cubic = self.signal.interpolation == "cubic"
-        values = resampled(time_ms, table.values[kept], rate_hz, cubic)
+        values = row_times.resample(time_ms, table.values[kept], rate_hz, cubic)
         return table._replace(values=values, place=np.arange(len(values)), time=None), rows
 
     def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
@@ -317,12 +182,13 @@ class SeriesFile:
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         declared, each = self.signal.time_unit, usual_ms / self.signal.time_ms
-        other = unit_of(each, len(time_ms), declared)
+        other = row_times.find_unit(each, len(time_ms), declared)
         if other != declared or not 1e-4 <= usual_ms <= 1000:
             as_other = f", in {other} {each * UNITS_MS[other]:.3g} ms" * (other != declared)
             raise InputError(
-                f"{self.path}: expected rows at most {_SLOWEST_S:g} s apart, and {_SHORTEST_S:g} s "
-                f"to an hour of them, found {len(time_ms)} rows {usual_ms:.3g} ms apart{as_other}; "
+                f"{self.path}: expected rows at most {row_times.SLOWEST_S:g} s apart, and "
+                f"{row_times.SHORTEST_S:g} s to an hour of them, found {len(time_ms)} rows "
+                f"{usual_ms:.3g} ms apart{as_other}; "
                 "correct [signal] time_unit, or say sample_rate_hz, at least 1, where it is right"
             )
         # To six digits: float times add noise, and all recordings must share one axis.
@@ -342,7 +208,7 @@ class SeriesFile:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
         if self.signal.resample_hz is not None:
             return
-        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > _AGREES:
+        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > AGREES:
             raise self._other_rate(rate_hz, table.rate_hz)
         time_ms = self._time_ms(table)
         if time_ms is None or len(time_ms) < 2:
@@ -350,14 +216,14 @@ class SeriesFile:
         period_ms, step = 1000 / rate_hz, np.diff(time_ms)
         jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
         usual_ms = self._usual_step_ms(time_ms)
-        if abs(usual_ms - period_ms) > max(jitter_ms, _AGREES * period_ms):
+        if abs(usual_ms - period_ms) > max(jitter_ms, AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
         irregular = np.flatnonzero(uneven | (step < 0))
         if len(irregular):
             raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
-        if abs(mean_ms / period_ms - 1) > _AGREES:
+        if abs(mean_ms / period_ms - 1) > AGREES:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
 
     def _irregular(
@@ -409,7 +275,7 @@ class JoinedFiles:
         """Samples in each channel; reads the files, which must be about equally long."""
         lengths = {file.path.name: file.n_samples for file in self.files}
         least, most = min(lengths.values()), max(lengths.values())
-        if most - least > max(1, _AGREES * most):
+        if most - least > max(1, AGREES * most):
             found = " and ".join(f"{n} in {name}" for name, n in lengths.items())
             raise InputError(
                 f"{self.path}: expected files of one recording to have as many rows, found {found}"
@@ -446,7 +312,7 @@ class JoinedFiles:
 
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
-    """Say what was resampled, and how much of files is not their own; reads them."""
+    """Return what was resampled, and how much of files is not their own; reads them."""
     found: list[tuple[SeriesFile, Rows]] = []
     for file in files:
         with suppress(InputError):  # which reading it says
@@ -457,7 +323,7 @@ def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     signal = found[0][0].signal
     step_ms = float(np.median([rows.step_ms for _, rows in found]))
     gap_file, gap = max(found, key=lambda one: one[1].longest_ms)
-    said = (
+    sentence = (
         f"Rows, {step_ms:.3g} ms apart (median), are resampled to {signal.resample_hz:g} Hz, "
         f"{signal.interpolation} between them: frequencies are kept up to "
         f"{min(rows.limit_hz for _, rows in found):.3g} Hz. The longest gap that is bridged lasts "
@@ -466,10 +332,10 @@ def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     dropped, n = sum(rows.n_dropped for _, rows in found), sum(rows.n for _, rows in found)
     if dropped:
         most = max(rows.n_dropped / rows.n for _, rows in found)
-        said += (
+        sentence += (
             f" {dropped} of {n} rows are out of order and dropped, at most {most:.2%} of a file."
         )
-    return [said]
+    return [sentence]
 
 
 def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
@@ -482,23 +348,30 @@ def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
         return []
     if table.rate_hz is not None:
         return []
-    said = f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
-    if rising := [name for name, course in courses(table).items() if course == RISES]:
-        said += f" Column {rising[0]} rises from row to row: if it holds times, name it as time."
-    return [said]
+    sentence = (
+        f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
+    )
+    does = columns.describe_columns(table)
+    if rising := [name for name, course in does.items() if course == columns.RISES]:
+        sentence += (
+            f" Column {rising[0]} rises from row to row: if it holds times, name it as time."
+        )
+    return [sentence]
 
 
 def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
-    """Say which columns are channels where no description names them; reads files."""
+    """Return which columns are channels where no description names them; reads files."""
     if not files or files[0].signal.channels:
         return []
-    found: list[Courses] = []
+    found: list[columns.Courses] = []
     for file in files:
         with suppress(InputError):  # which reading it says
-            found.append(courses(read_table(file.path, file.signal)))
-    why = no_signals(found) if found else {}
+            found.append(columns.describe_columns(read_table(file.path, file.signal)))
+    why = columns.find_non_signals(found) if found else {}
     if not why and len(found[0] if found else ()) < 2:
         return []
-    said = f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
+    sentence = (
+        f"[signal] names no channels, so all columns but the time are: {', '.join(found[0])}."
+    )
     doubts = ", ".join(f"{name} ({reason})" for name, reason in why.items())
-    return [said + f" Name them without what is no signal: {doubts}." * bool(doubts)]
+    return [sentence + f" Name them without what is no signal: {doubts}." * bool(doubts)]

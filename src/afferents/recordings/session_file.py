@@ -1,4 +1,8 @@
-"""What `session.toml` and `session.json` say."""
+"""What `session.toml`, which people write, and `session.json`, which programs write, say.
+
+Both are one form. They say what a session folder holds: how it was recorded, and, where it is not
+in the published layout, which files are which recordings.
+"""
 
 import math
 import re
@@ -22,7 +26,7 @@ from afferents.choices import Rest
 from afferents.documents import as_form, read_json, read_toml
 from afferents.errors import InputError
 from afferents.forms import StrictForm
-from afferents.store.recording import as_label
+from afferents.store.recording import fold_label
 from afferents.store.responses import VARIABLES, Steady
 
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
@@ -32,7 +36,7 @@ _LONGEST = 100
 def _text_of(label: Any) -> Any:
     """Return a number as the text that names a folder, and text as names are compared."""
     if isinstance(label, str):
-        return as_label(label)
+        return fold_label(label)
     return f"{label:.15g}" if type(label) in (int, float) else label
 
 
@@ -80,7 +84,7 @@ Index = Annotated[int, Field(ge=0)]
 
 
 class Logged(StrictForm):
-    """Numbers that something else wrote beside a recording, which the store keeps.
+    """Numbers that something else wrote along with a recording, which the store keeps.
 
     Attributes
     ----------
@@ -111,7 +115,7 @@ class ListedRecording(StrictForm):
     video, audio
         Files, or a folder or zip of numbered images, from the session's folder.
     times
-        CSV that says when the images were taken, where none lies in or beside them.
+        CSV that says when the images were taken, where none lies in or next to them.
     texture
         Any label.
     speed_mm_s
@@ -169,11 +173,6 @@ class ListedRecording(StrictForm):
         return self
 
 
-# `session.toml`, which people write, and `session.json`, which programs write: one form.
-#
-# They say what a session folder holds: how it was recorded, and, where it is not in the published
-# layout, which files are which recordings.
-
 SESSION_FILES = SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
 
 _UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "frame_width",
@@ -227,7 +226,7 @@ class SessionFile(BaseModel):
         ``reference`` where displacement counts from that, since recordings begin when the skin is
         touched already.
     press
-        Another recording, of a press that is felt by the skin and by what is logged beside: it
+        Another recording, of a press that shows in the images and in what is logged alongside: it
         sets the clocks of that, in all recordings.
     holes
         ``[texture, speed]`` of each condition of the grid that was never recorded.
@@ -303,7 +302,7 @@ class SessionFile(BaseModel):
         """
         if fps_hz is None:
             return self
-        true_hz = rate_in(fps_hz)
+        true_hz = parse_rate(fps_hz)
         for recording in self.recordings:
             if recording.fps_hz is not None:
                 found = f"{recording.fps_hz:g} for {recording.name} in {self.file}"
@@ -334,7 +333,7 @@ class StrictFile(SessionFile, extra="forbid"):
     """The same, where an unknown key is a slip of the pen."""
 
 
-def rate_in(fps_hz: float) -> float:
+def parse_rate(fps_hz: float) -> float:
     """Return a frame rate, Hz, as it is given to a command.
 
     Raises
@@ -364,18 +363,18 @@ def session_file(root: Path) -> SessionFile:
             f"{root}: expected one session file, found {found}; put what counts into one of them"
         )
     if toml.exists():
-        return declared_by(read_toml(toml, _WHAT), toml, StrictFile)
+        return parse_declaration(read_toml(toml, _WHAT), toml, StrictFile)
     if not json.exists():
         return SessionFile()
     content = read_json(json, _WHAT)
     if not isinstance(content.get("sensor"), str):  # what some programs note of theirs
         content.pop("sensor", None)
-    declared = declared_by(content, json)
+    declared = parse_declaration(content, json)
     declared._file = SESSION_FILE
     return declared
 
 
-def declared_by(
+def parse_declaration(
     content: Mapping[str, Any], where: object, form: type[SessionFile] = SessionFile
 ) -> SessionFile:
     """Return what a session file says.

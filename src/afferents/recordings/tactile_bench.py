@@ -24,8 +24,8 @@ from afferents.errors import InputError, reading
 from afferents.recordings.media import named
 from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder, times_beside
 from afferents.recordings.session import PublishedSession
-from afferents.recordings.session_file import SESSION_FILES, SessionFile, declared_by
-from afferents.store.beside import Beside
+from afferents.recordings.session_file import SESSION_FILES, SessionFile, parse_declaration
+from afferents.store.logged import LoggedFile
 from afferents.store.motion import differentiate
 
 TARGETS, STILLS, PARTS = "targets.csv", "tactile_images", ("train", "val")
@@ -45,7 +45,7 @@ LOGS: Sequence[Mapping[str, Any]] = (
         "units": "N",
     },
 )
-"""What is kept beside; torque is not, whose unit is not known."""
+"""What is kept alongside; torque is not, whose unit is not known."""
 MOVING = 0.5
 """Share of the fastest from which on an arm slides, where only its poses say how fast."""
 UNEVEN = 0.2
@@ -76,7 +76,7 @@ def _conditions(row: Mapping[str, str], *without: str) -> dict[str, float]:
 
 
 def _has_targets(path: Path) -> bool:
-    """Tell whether targets are there, and no session file, which goes before."""
+    """Return whether targets are there, and no session file, which goes before."""
     return (path / TARGETS).is_file() and not any((path / name).is_file() for name in SESSION_FILES)
 
 
@@ -104,7 +104,7 @@ def _require_one_layout(path: Path) -> None:
 def _declared(
     recordings: Sequence[Mapping[str, Any]], root: Path, notes: Sequence[str], **more: Any
 ) -> SessionFile:
-    declared = declared_by({"recordings": recordings, **more}, root / TARGETS)
+    declared = parse_declaration({"recordings": recordings, **more}, root / TARGETS)
     declared._file, declared._notes = TARGETS, tuple(notes)
     return declared
 
@@ -116,7 +116,7 @@ class Streams(PublishedSession):
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether there are targets and images, here or in a part."""
+        """Return whether there are targets and images, here or in a part."""
         return any(map(_is_streams, (path, *(path / part for part in PARTS))))
 
     def declared(self) -> SessionFile:
@@ -179,11 +179,11 @@ class Runs(PublishedSession):
 
     @classmethod
     def recognises(cls, path: Path) -> bool:
-        """Tell whether there are targets and runs."""
+        """Return whether there are targets and runs."""
         return bool(_runs(path))
 
     def declared(self) -> SessionFile:
-        """Name the runs, their speeds, and what was logged beside."""
+        """Name the runs, their speeds, and what was logged alongside."""
         _require_one_layout(self.path)
         runs = _runs(self.path)
         press = self._files_of(runs.pop(0), list(LOGS)) if 0 in runs else None
@@ -204,7 +204,7 @@ class Runs(PublishedSession):
             })  # fmt: skip
         if not recordings:
             raise InputError(
-                f"{self.path}: expected run_1 and others beside the press, found none; copy them"
+                f"{self.path}: expected run_1 and others next to the press, found none; copy them"
             )
         more: dict[str, Any] = {}
         if press:
@@ -229,7 +229,7 @@ class Runs(PublishedSession):
                     f"{path}: expected {what}, found none; copy the run again, or take it away "
                     f"with its row in {TARGETS}"
                 )
-        beside = [
+        logged = [
             {**log, "file": f"{folder.name}/{log['file']}", "time": "timestamp"}
             for log in logs
             if (folder / log["file"]).is_file()
@@ -237,7 +237,7 @@ class Runs(PublishedSession):
         return {
             "video": f"{folder.name}/{video.name}",
             "times": f"{folder.name}/{IMAGE_TIMES}",
-            "beside": beside,
+            "beside": logged,
         }
 
     def _row_of_each(
@@ -272,7 +272,7 @@ class Runs(PublishedSession):
         path = folder / LOGS[0]["file"]
         if not path.is_file():
             return None
-        log = Beside("pose", path, "timestamp", tuple(LOGS[0]["columns"][:3]), "m")
+        log = LoggedFile("pose", path, "timestamp", tuple(LOGS[0]["columns"][:3]), "m")
         time_s, place_m = log.read()
         speed = 1000 * differentiate(time_s, place_m, path).values
         sliding = speed[speed >= MOVING * np.percentile(speed, 95)]

@@ -12,7 +12,6 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.video.frame import VideoFrame
-from av.video.plane import VideoPlane
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
@@ -63,7 +62,7 @@ class _Header(NamedTuple):
 
 @dataclass(frozen=True)
 class VideoFile:
-    """A video on disk; its header is read when first asked for, its frames never kept.
+    """A video on disk; its header is read when first needed, its frames never kept.
 
     Implements `afferents.store.recording.Video`. Anything that FFmpeg reads will do: mp4 with
     H.264, avi with MJPEG or MPEG-4, colour or grey, 8 bit or more.
@@ -166,7 +165,7 @@ class VideoFile:
                     own_s = time_s - self.header.origin_s
                     shown_s = (n + n_damaged) / self.rate_hz if self.rate_hz else own_s
                     n, end_s = n + 1, time_s + duration_s
-                    yield Frame(shown_s, *luma_of(frame), _in_colour(frame))
+                    yield Frame(shown_s, *read_luma(frame), _in_colour(frame))
         if fault != _END:
             raise self._stopped(n, end_s, f"decoding stops ({fault})")
         if self._ends_early(n, end_s):
@@ -202,7 +201,7 @@ class VideoFile:
         return _seconds(ticks, base), duration_s
 
     def _ends_early(self, n: int, end_s: float) -> bool:
-        """Say whether frames are missing at the end.
+        """Return whether frames are missing at the end.
 
         A count below the declared one is not enough: avi writes empty packets for dropped
         frames, and mp4 edit lists hide some. The time must fall short too.
@@ -235,8 +234,8 @@ def open_video(path: str | Path, fps_hz: float | None = None) -> VideoFile:
     Returns
     -------
     VideoFile
-        `frames()` decodes one after the other when asked: `image` (height, width), grey levels 0 to
-        255, and `time_s`, s. `fps_hz`, `width` and `height` (px) are those of the header.
+        `frames()` decodes one after the other as they are read: `image` (height, width), grey
+        levels 0 to 255, and `time_s`, s. `fps_hz`, `width` and `height` (px) are the header's.
 
     Raises
     ------
@@ -304,7 +303,7 @@ def _read_ahead(
     return ahead, "" if len(ahead) == _AHEAD else _END
 
 
-def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
+def read_luma(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     """Return the luma of a decoded frame, (height, width) uint8, and its grey levels.
 
     Where the pixels hold 8-bit luma in a plane of its own that plane is returned as it is, with
@@ -316,7 +315,10 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
         return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
     is_full = frame.color_range == ColorRange.JPEG or layout.name.startswith(("yuvj", "gray"))
-    return _luma(frame.planes[0]), None if is_full else _EXPANDED
+    plane = frame.planes[0]  # the array keeps it alive; without a copy if it is not padded
+    padded = np.frombuffer(plane, np.uint8)  # type: ignore[call-overload]  # a buffer in truth
+    image: GreyImage = padded.reshape(plane.height, plane.line_size)[:, : plane.width]
+    return np.ascontiguousarray(image), None if is_full else _EXPANDED
 
 
 def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
@@ -324,13 +326,6 @@ def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
     if len(frame.format.components) < _COLOURS:
         return None
     return lambda: np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
-
-
-def _luma(plane: VideoPlane) -> GreyImage:
-    """Return the plane as an array, which keeps it alive; without a copy if it is not padded."""
-    padded = np.frombuffer(plane, np.uint8)  # type: ignore[call-overload]  # a buffer in truth
-    image: GreyImage = padded.reshape(plane.height, plane.line_size)[:, : plane.width]
-    return np.ascontiguousarray(image)
 
 
 def _seconds(ticks: int, base: Fraction) -> float:

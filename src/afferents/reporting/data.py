@@ -31,7 +31,7 @@ from afferents.progress import Progress
 from afferents.reporting.labels import caption, texture_letter, texture_names
 from afferents.store.recording import LETTERS, natural_order
 from afferents.store.responses import Responses, conditions, speed_of
-from afferents.store.trimming import with_steady
+from afferents.store.trimming import set_steady
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
 """Four of the paper's textures, evenly spread: 0, 2, 4 and 6 mm. Its own figures show others, which
@@ -267,7 +267,7 @@ def _read_recordings(results: Results, progress: Progress) -> list[Responses]:
         )
     left_out = {entry.recording for entry in results.found.skipped}
     ablation = Ablation(**config.get("ablation", {}))
-    everything = with_steady(ablation.recordings(join_recordings(opened)), config.get("steady_s"))
+    everything = set_steady(ablation.recordings(join_recordings(opened)), config.get("steady_s"))
     recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
     if not recordings:
         raise InputError(

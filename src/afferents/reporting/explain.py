@@ -33,7 +33,7 @@ from afferents.reporting import labels, style
 from afferents.reporting.occlusion import PART, Examples, Floats, Predict, lose_parts
 from afferents.reporting.style import styled
 from afferents.store.responses import Responses, textures_of
-from afferents.store.trimming import with_steady
+from afferents.store.trimming import set_steady
 
 FACTS = "explanation.json"
 SAMPLES = 130
@@ -162,7 +162,7 @@ def _choose_examples(card: Card, data: OpenedData, cut: Cut, progress: Progress)
     InputError
         If there is none, or samples have another form than those learnt from.
     """
-    everything, split = with_steady(data.responses, card.steady_s), card.held_out
+    everything, split = set_steady(data.responses, card.steady_s), card.held_out
     known = [r for r in everything if str(r.attrs[dims.TEXTURE]) in card.textures]
     if not known:
         found = ", ".join(textures_of(data.responses))

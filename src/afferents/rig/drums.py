@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.files import MARK, has_mark, require_free, write_aside
 from afferents.rig.surface import Drum, Surface, bumped_surface, read_height_map
-from afferents.store.recording import LETTERS, folder_of
+from afferents.store.recording import LETTERS, name_folder
 
 Ring = NDArray[np.float32]
 """Shape (n_along, 3), mm: x, y round the axis, z along it."""
@@ -123,7 +123,7 @@ def texture_name(texture: str, maps: Collection[str]) -> str:
     if texture in maps:
         return texture
     if len(texture) == 1 and texture in LETTERS:
-        return folder_of(texture)
+        return name_folder(texture)
     try:
         spacing = float(texture)
     except ValueError:

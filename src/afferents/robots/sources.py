@@ -12,7 +12,7 @@ from afferents.files import Place
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.session import recordings_of
 from afferents.recordings.video import VideoFile
-from afferents.store.drum_path import DrumPath, logged_path, path_in
+from afferents.store.drum_path import DrumPath, logged_path, read_path
 from afferents.store.integrity import is_group
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses
@@ -32,7 +32,7 @@ class Source(NamedTuple):
         """Return the drum's way, as the recording's drive logged it or as the store holds it."""
         if self.recording is not None:
             return logged_path(self.recording.source)
-        return None if self.responses is None else path_in(self.responses)
+        return None if self.responses is None else read_path(self.responses)
 
 
 def find_recordings(

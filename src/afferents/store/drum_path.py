@@ -22,7 +22,7 @@ from afferents.store.log import read_log
 Values = NDArray[np.float64]
 
 DRIVE = "drive.csv"
-"""A log beside a recording's video: `time_s`, `position_mm`, and what else the drive said."""
+"""A log next to a recording's video: `time_s`, `position_mm`, and what else the drive reported."""
 MARK = "mark"
 """Zero of positions that count from a mark on the drum, whenever it was mounted."""
 CONTACT_MM = 16.0
@@ -35,7 +35,7 @@ LONGEST_GAP_MM = 20.0
 """Way between two entries of a drive's log, up to which a straight line stands for it.
 
 A drum whose speed goes 10% off one way, then the other, is 5% of the gap from the line: 1 mm here.
-That is twice what the drive's gate allows (5%), and small beside the contact patch.
+That is twice what the drive's gate allows (5%), and small compared with the contact patch.
 """
 _WHAT = "what is known of a drum"
 
@@ -144,13 +144,13 @@ def logged_path(folder: Path) -> DrumPath | None:
     return DrumPath(drum, time_s, position[first])
 
 
-def path_in(responses: xr.Dataset) -> DrumPath | None:
+def read_path(responses: xr.Dataset) -> DrumPath | None:
     """Return the way that the responses to a recording hold; None if they hold none.
 
     Raises
     ------
     InputError
-        If what is said of the drum is not what it should be.
+        If what is stated of the drum is not what it should be.
     """
     if dims.DRUM_POSITION not in responses:
         return None

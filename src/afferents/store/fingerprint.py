@@ -68,10 +68,10 @@ def _tracks(responses: Responses) -> NDArray[np.float64]:
     first = int(np.searchsorted(time_s, begin_s))
     used = slice(first, first + MOST + 1)
     if dims.of_cells(responses):
-        felt = responses[dims.SA1][used].values
+        course = responses[dims.SA1][used].values
     else:
-        felt = responses[dims.POSITION][used].values.sum(axis=-1)
-    step = np.diff(felt.astype(np.float64), axis=0)
+        course = responses[dims.POSITION][used].values.sum(axis=-1)
+    step = np.diff(course.astype(np.float64), axis=0)
     seen = ~np.isnan(step)
     return np.asarray(np.where(seen, step, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 
@@ -98,7 +98,7 @@ def _rows(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
 
 
 def _steady(responses: Responses, rate_hz: float, most: int) -> NDArray[np.float64]:
-    """Return so many samples at most from constant speed on, (sample, channel)."""
+    """Return at most `most` samples from constant speed on, (sample, channel)."""
     length_s = responses.sizes[dims.AUDIO_TIME] / rate_hz
     first = round(sliding_part(0.0, length_s, steady_s(responses))[0] * rate_hz)
     part = responses[dims.RA2][first : first + most]
@@ -183,5 +183,5 @@ def read(text: Mapping[str, Sequence[int]]) -> Fingerprint:
     ValueError
         If it did not write it.
     """
-    every = {kind: _standardised(np.asarray(said, np.float64)) for kind, said in text.items()}
+    every = {kind: _standardised(np.asarray(numbers, np.float64)) for kind, numbers in text.items()}
     return {kind: series for kind, series in every.items() if series.any()}

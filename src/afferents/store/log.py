@@ -1,4 +1,4 @@
-"""Logs beside a recording: tables of what was noted while it was made, in CSV.
+"""Logs of a recording: tables of what was noted while it was made, in CSV.
 
 Above the names of the columns stands a line of JSON after ``#``, `Head`. Numbers are in full.
 """
@@ -69,14 +69,14 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
     what = f"a log with {', '.join(columns)}"
     with reading(path, what, OSError, ValueError, do=_DO):
         with path.open(encoding="utf-8", newline="") as file:
-            said = parse_json(file.readline().removeprefix("#"), path, what, _DO)
-            head = as_form(said, Head, path, what, _DO)
+            content = parse_json(file.readline().removeprefix("#"), path, what, _DO)
+            head = as_form(content, Head, path, what, _DO)
             # Nothing but nan stands for a number that is not known.
             kinds = dict(columns)
             table = pd.read_csv(file, dtype=kinds, keep_default_na=False, na_values=["nan"])
         if not columns.keys() <= set(table):
             raise ValueError(f"the columns {', '.join(map(str, table))}")
-        if not isinstance(table.index, pd.RangeIndex):  # the first column, taken for names of rows
+        if not isinstance(table.index, pd.RangeIndex):  # the first column, read as names of rows
             raise ValueError("rows longer than the names of columns")
         if len(table) != head.rows:
             raise ValueError(f"{len(table)} of its {head.rows} rows")

@@ -1,4 +1,4 @@
-"""Speed and force along a recording, as series: how they are told from logs, and what samples saw.
+"""Speed and force along a recording, as series: from logs, and as a store keeps them.
 
 A fingertip on an arm slides at speeds that change. Its speed then is a series on a clock of its
 own, from a log of speeds, from the arm's poses, or from the way of a drum. Of poses it is the
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.store.beside import Beside
-from afferents.store.drum_path import path_in
+from afferents.store.drum_path import read_path
+from afferents.store.logged import LoggedFile
 from afferents.store.responses import Responses, speed_of, steady_s
 
 Values = NDArray[np.float64]
@@ -98,7 +98,7 @@ def differentiate(time_s: Values, place: Values, where: object) -> Series:
     return Series(regular, np.linalg.norm(velocity, axis=0))
 
 
-def with_motion(responses: Responses, logs: Sequence[Beside]) -> Responses:
+def add_motion(responses: Responses, logs: Sequence[LoggedFile]) -> Responses:
     """Return responses with the speed that their logs tell, and which way force is pressed.
 
     Parameters
@@ -117,7 +117,11 @@ def with_motion(responses: Responses, logs: Sequence[Beside]) -> Responses:
         _require_overlap(responses, each)
     named = {log.name: log for log in logs}
     if FORCE in named:
-        responses = responses.assign_attrs({NORMAL: _normal_of(responses)})
+        force = responses[FORCE]
+        n = min(2, force.shape[1] - 1)  # the axis that is pressed along, the third or the last
+        sign = "-" if np.nanmedian(force.values[:, n]) < 0 else ""
+        normal = f"{sign}{force[f'{FORCE}_axis'].values[n]}"
+        responses = responses.assign_attrs({NORMAL: normal})
     if (log := named.get(dims.SPEED_SERIES, named.get(POSE))) is not None:
         found = responses[log.name]
         values = found.values.astype(np.float64)
@@ -136,7 +140,7 @@ def with_motion(responses: Responses, logs: Sequence[Beside]) -> Responses:
     return responses
 
 
-def _speed(time_s: Values, values: Values, log: Beside) -> Series:
+def _speed(time_s: Values, values: Values, log: LoggedFile) -> Series:
     if log.name == dims.SPEED_SERIES:
         speed = values[:, 0]
         return Series(time_s, -speed if np.median(speed) < 0 else speed)
@@ -156,7 +160,7 @@ def _speed(time_s: Values, values: Values, log: Beside) -> Series:
     return Series(moved.time_s, moved.values * _MM[unit])
 
 
-def _require_slide(series: Series, steady: tuple[float, float] | None, log: Beside) -> None:
+def _require_slide(series: Series, steady: tuple[float, float] | None, log: LoggedFile) -> None:
     """Refuse a speed that is 0 or below for much of a slide."""
     start, stop = steady or (series.time_s[0], series.time_s[-1])
     slid = series.values[(series.time_s >= start) & (series.time_s <= stop)]
@@ -168,7 +172,7 @@ def _require_slide(series: Series, steady: tuple[float, float] | None, log: Besi
         )
 
 
-def _require_overlap(responses: Responses, log: Beside) -> None:
+def _require_overlap(responses: Responses, log: LoggedFile) -> None:
     clock = responses[f"{log.name}_time"].values
     start, stop = steady_s(responses) or (0.0, length_s(responses))
     if clock[0] > stop or clock[-1] < start:
@@ -187,16 +191,8 @@ def length_s(responses: Responses) -> float:
     return float(vibration.sizes[dims.AUDIO_TIME] / vibration.attrs[dims.SAMPLE_RATE])
 
 
-def _normal_of(responses: Responses) -> str:
-    """Return the axis that is pressed along, the third or the last, with its sign."""
-    force = responses[FORCE]
-    n = min(2, force.shape[1] - 1)
-    sign = "-" if np.nanmedian(force.values[:, n]) < 0 else ""
-    return f"{sign}{force[f'{FORCE}_axis'].values[n]}"
-
-
 def force_sentences(normal: Iterable[str]) -> list[str]:
-    """Say how many recordings are pressed against their axis of force, if any are."""
+    """Return how many recordings are pressed against their axis of force, if any are."""
     turned = [axis for axis in normal if axis.startswith("-")]
     if not turned:
         return []
@@ -206,15 +202,12 @@ def force_sentences(normal: Iterable[str]) -> list[str]:
     ]
 
 
-# What a store's recordings tell.
-
-
 def speed_along(responses: Responses) -> Series | None:
     """Return a recording's speed as a series, mm/s; None where it is one number, or not known."""
     if dims.SPEED_SERIES in responses:
         found = responses[dims.SPEED_SERIES]
         return Series(found[dims.SPEED_TIME].values, found.values.astype(np.float64))
-    if speed_of(responses) is None and (way := path_in(responses)) is not None:
+    if speed_of(responses) is None and (way := read_path(responses)) is not None:
         return differentiate(way.time_s, way.position_mm[:, None], responses.attrs["name"])
     return None
 
@@ -244,7 +237,7 @@ def spread(values: Sequence[Values]) -> str:
 
 
 def series_sentences(recordings: Sequence[Responses]) -> list[str]:
-    """Say how speed and force go in the steady parts of recordings that keep them as series."""
+    """Return how speed and force go in the steady parts of recordings that keep them as series."""
     found = []
     for what, along, unit in (("Speed", speed_along, "mm/s"), ("Force", force_along, "N")):
         kept = [(series, one) for one in recordings if (series := along(one)) is not None]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, then
 from afferents.files import checksum
-from afferents.store.beside import Beside
+from afferents.store.logged import LoggedFile
 
 LETTERS = "abcdefghijklm"
 """The 13 textures of the paper."""
@@ -52,16 +52,16 @@ class Frame(NamedTuple):
     @property
     def image(self) -> GreyImage:
         """The grey image, (height, width), 0 to 255: black to white."""
-        return as_grey(self.luma, self.levels)
+        return make_grey(self.luma, self.levels)
 
 
-def as_grey(luma: GreyImage, levels: GreyImage | None) -> GreyImage:
+def make_grey(luma: GreyImage, levels: GreyImage | None) -> GreyImage:
     """Return luma as grey levels; see `Frame`."""
     return luma if levels is None else np.asarray(cv2.LUT(luma, levels), np.uint8)
 
 
 class Video(Protocol):
-    """A video that decodes frame by frame when asked."""
+    """A video that decodes frame by frame as it is read."""
 
     @property
     def path(self) -> Path:
@@ -108,7 +108,7 @@ class Vibration(Protocol):
 
 @dataclass(frozen=True)
 class Recording:
-    """One texture slid at one speed, seen by a camera, felt by vibration channels, or both.
+    """One texture slid at one speed, seen by a camera, recorded by vibration channels, or both.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class Recording:
     conditions: Mapping[str, str | float] = field(default_factory=dict)
     sensor: str | None = None
     rest_frame: int | None = None
-    beside: tuple[Beside, ...] = ()
+    beside: tuple[LoggedFile, ...] = ()
     named_by_spacing: bool = False
 
     def __post_init__(self) -> None:
@@ -159,8 +159,10 @@ class Recording:
             If a name is not in UTF-8.
         """
         require_utf8(f"{self.name}, {self.texture}")
-        one_form = {k: as_label(v) if isinstance(v, str) else v for k, v in self.conditions.items()}
-        object.__setattr__(self, "texture", as_label(self.texture))
+        one_form = {
+            k: fold_label(v) if isinstance(v, str) else v for k, v in self.conditions.items()
+        }
+        object.__setattr__(self, "texture", fold_label(self.texture))
         object.__setattr__(self, "conditions", one_form)
 
     @property
@@ -219,7 +221,7 @@ class RecordingSet:
         return digest.hexdigest()
 
 
-def folder_of(letter: str) -> str:
+def name_folder(letter: str) -> str:
     """Return the texture folder of one of the paper's letters: i has bumps i / 2 mm apart."""
     return f"{LETTERS.index(letter) / 2:g}"
 
@@ -233,7 +235,7 @@ NEARLY = 1e-3
 """Speeds closer than this share of one another are one speed, written in two ways."""
 
 
-def as_label(text: str) -> str:
+def fold_label(text: str) -> str:
     """Return a name in the form that names are compared in: composed (NFC), blanks folded."""
     return " ".join(unicodedata.normalize("NFC", text).split())
 

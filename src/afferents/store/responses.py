@@ -1,4 +1,6 @@
-"""Responses of one recording: the labelled data set that extraction writes and encodings read.
+"""Responses of one recording: the labelled data set, its checks, and reading a variable whole.
+
+Extraction writes it, and encodings read it.
 
 ========================  ====================  ===========  ==================================
 variable                  dims                  unit         meaning
@@ -11,7 +13,7 @@ variable                  dims                  unit         meaning
 `ra2`                     audio_time, channel   (as read)    RA-II / vibration
 `drum_position`           drive_time            mm           the drum's way; only where logged
 `speed`                   speed_time            mm/s         where it changes; see `store.motion`
-`force`, `pose`, ...      force_time, ...       (as said)    what else was logged meanwhile
+`force`, `pose`, ...      force_time, ...       (as stated)  what else was logged meanwhile
 ========================  ====================  ===========  ==================================
 
 Of a fingertip without markers, a cell of the picture stands for a marker: `position` is its middle
@@ -38,7 +40,7 @@ from afferents import dims
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import QualityIssue
-from afferents.store.integrity import require_values
+from afferents.store.digest import require_values
 from afferents.store.recording import Recording, natural_order
 
 Responses = xr.Dataset
@@ -61,7 +63,7 @@ _DIMS: dict[str, tuple[str, ...]] = {
 VARIABLES = frozenset({*_DIMS, dims.DRUM_POSITION, dims.FRAME_CHANGE})
 """Names that nothing else may have."""
 _BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,), dims.SPEED_SERIES: (dims.SPEED_TIME,)}
-"""What may stand beside these, and is no response."""
+"""What may stand next to these, and is no response."""
 _ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
@@ -94,7 +96,7 @@ class _Declared(BaseModel):
 
 
 class _Attributes(_Declared):
-    """What the attributes of a recording must be; others may stand beside them."""
+    """What the attributes of a recording must be; others may stand next to them."""
 
     name: str = Field(min_length=1)
     texture: str = Field(min_length=1)
@@ -160,7 +162,7 @@ def _plain(responses: Responses) -> dict[str, Any]:
     }
 
 
-def with_issues(responses: Responses, issues: Sequence[QualityIssue]) -> Responses:
+def add_issues(responses: Responses, issues: Sequence[QualityIssue]) -> Responses:
     """Return `responses` with what is wrong with the recording, though it is kept.
 
     The kinds are the condition `issues`, by which the recording can be left out; the attribute
@@ -192,7 +194,7 @@ def speed_of(responses: Responses) -> float | None:
     return None if np.isnan(speed) else speed
 
 
-def speeds_of(recordings: Iterable[Responses]) -> list[float]:
+def list_speeds(recordings: Iterable[Responses]) -> list[float]:
     """Return the speeds that are known of recordings, mm/s, each once, slowest first."""
     return sorted({speed for r in recordings if (speed := speed_of(r)) is not None})
 
@@ -213,7 +215,10 @@ def check_responses(responses: Responses, where: Path | str) -> Responses:
     for name, its in {**_DIMS, **_BESIDE}.items():
         if name in responses and responses[name].dims != its:
             raise InputError(f"{where}: expected {name} {its}, found {name} {responses[name].dims}")
-    _check_attributes(responses, where)
+    for attribute in ("name", dims.TEXTURE, dims.SPEED):
+        if attribute not in responses.attrs:
+            raise InputError(f"{where}: expected the attribute '{attribute}', found none")
+    as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
     _check_clocks(responses, where)
     _check_layout(responses, where)
     return responses
@@ -235,7 +240,7 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
     if response.name == dims.RA2:
         _require_sound(values, float(response.attrs[dims.SAMPLE_RATE]), where)
         return response
-    largest = _largest(values)
+    largest = float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))  # NaN passed over
     if not largest < np.inf:
         raise InputError(
             f"{where}: expected values that are numbers, found infinite ones; {_AGAIN}"
@@ -255,23 +260,13 @@ def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: s
         raise InputError(f"{where}: expected samples that are numbers, found {found}; {_AGAIN}")
 
 
-def _largest(values: NDArray[np.floating]) -> float:
-    """Return the largest magnitude among values, NaN passed over; 0 where all are NaN."""
-    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
-
-
-def _check_attributes(responses: Responses, where: Path | str) -> None:
-    for attribute in ("name", dims.TEXTURE, dims.SPEED):
-        if attribute not in responses.attrs:
-            raise InputError(f"{where}: expected the attribute '{attribute}', found none")
-    as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
-
-
 def _check_clocks(responses: Responses, where: Path | str) -> None:
     """Refuse times that don't go on, and rates that no vibration has."""
     for clock in map(str, responses.coords):
         what = "frame" if clock == dims.TIME else clock.removesuffix("_time")
-        if (what != clock) and not _goes_on(responses[clock].values):
+        time_s = responses[clock].values
+        finite = time_s.dtype.kind == "f" and np.isfinite(time_s).all()
+        if what != clock and not (finite and (np.diff(time_s) > 0).all()):
             raise InputError(
                 f"{where}: expected {what} times in s, each after the one before, found others"
             )
@@ -284,11 +279,6 @@ def _check_clocks(responses: Responses, where: Path | str) -> None:
         if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
             expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
             raise InputError(f"{where}: expected {expected}, found {rate!r}; {_AGAIN}")
-
-
-def _goes_on(time_s: NDArray[Any]) -> bool:
-    finite = time_s.dtype.kind == "f" and bool(np.isfinite(time_s).all())
-    return finite and bool((np.diff(time_s) > 0).all())
 
 
 def _check_layout(responses: Responses, where: Path | str) -> None:
@@ -304,9 +294,6 @@ def _check_layout(responses: Responses, where: Path | str) -> None:
         raise InputError(
             f"{where}: expected a row and column for each marker, found two markers at one"
         )
-
-
-# Reading a response of a recording whole, checked and labelled.
 
 
 def read_whole(responses: Responses, variable: str) -> xr.DataArray:

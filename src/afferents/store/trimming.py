@@ -1,4 +1,4 @@
-"""Which part of a recording is used: a cut, or a part at constant speed that somebody says anew."""
+"""Which part of a recording is used: a cut, or the part at constant speed that `--steady` gives."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -94,8 +94,6 @@ def _nothing_left(
     )
 
 
-# The part of recordings at constant speed, where somebody says it anew: `--steady 0.2:2.8`.
-
 OPTION = "--steady"
 _EXPECTED = "START:STOP in s, as in 0.2:2.8"
 
@@ -103,7 +101,7 @@ Steady = tuple[float, float]
 """Start and end of constant speed, s."""
 
 
-def steady_in(wanted: str | Sequence[float] | None, cut: Cut) -> Steady | None:
+def parse_steady(wanted: str | Sequence[float] | None, cut: Cut) -> Steady | None:
     """Return a steady part, s, as it is given to a command: ``0.2:2.8``, or two times.
 
     Raises
@@ -132,7 +130,7 @@ def written(steady: Sequence[float]) -> str:
     return f"{steady[0]:g}:{steady[1]:g}"
 
 
-def with_steady(recordings: Iterable[Responses], steady: Steady | None) -> list[Responses]:
+def set_steady(recordings: Iterable[Responses], steady: Steady | None) -> list[Responses]:
     """Return recordings whose steady part is this; as they are for None."""
     if steady is None:
         return list(recordings)

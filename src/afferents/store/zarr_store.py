@@ -28,14 +28,12 @@ from afferents.files import (
     write_aside,
 )
 from afferents.quality.image import ImageQuality
+from afferents.store.digest import require_described, require_small_values, sealed
 from afferents.store.integrity import (
     ROOT,
-    attributes_of,
     is_group,
+    read_attributes,
     require_all_chunks,
-    require_described,
-    require_small_values,
-    sealed,
 )
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, check_responses
@@ -50,7 +48,7 @@ and recordings added without another store; what was made under another declarat
 
 
 class _Config(BaseModel):
-    """What the configuration of a store must say; the rest stands beside it."""
+    """What the configuration of a store must say; the rest is not checked."""
 
     recordings: list[str]
 
@@ -84,12 +82,14 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
 
 
-def _require_same_sensor(store: Path, earlier: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
+def _require_same_sensor(
+    store: Path, earlier: Mapping[str, Any], wanted: Mapping[str, Any]
+) -> None:
     """Refuse a sensor other than that of the responses there."""
-    if differs := first_difference(earlier, json.loads(json.dumps(asked))):
-        which = f" (another {differs[0]})" if earlier["name"] == asked["name"] else ""
+    if differs := first_difference(earlier, json.loads(json.dumps(wanted))):
+        which = f" (another {differs[0]})" if earlier["name"] == wanted["name"] else ""
         raise InputError(
-            f"{store}: expected responses of the sensor asked for, '{asked['name']}', found those "
+            f"{store}: expected responses of the requested sensor, '{wanted['name']}', found those "
             f"of '{earlier['name']}'{which}; choose another name for the store, remove this one, "
             "or give that sensor"
         )
@@ -128,7 +128,7 @@ def store_config(store: Path) -> dict[str, Any]:
         raise InputError(
             f"{store}: expected a store written by 'afferents extract', found none; extract first"
         )
-    attributes = attributes_of(store)
+    attributes = read_attributes(store)
     if attributes.get("format") == TRACKS:
         raise InputError(
             f"{store}: expected a store written by 'afferents extract', found the tracks of one "
@@ -161,14 +161,17 @@ def write_responses(store: Path, responses: Responses) -> None:
 def write_group(target: Path, dataset: xr.Dataset) -> None:
     """Write a dataset as a Zarr v3 group, whole or not at all; it replaces another group."""
     with write_aside(target, replaces=_holds_arrays) as partial:
-        _without_nan(_variable_strings(dataset)).to_zarr(
+        # Names of variable length: Zarr v3 specifies no type for those of fixed length.
+        fixed = [name for name in dataset.variables if dataset[name].dtype.kind == "U"]
+        named = dataset.assign_coords({name: dataset[name].astype(object) for name in fixed})
+        _without_nan(named).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
             write_empty_chunks=True,  # so that one that is missing has been lost
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
-        if not (partial / ROOT).is_file():  # somebody removed it while it was being written
+        if not (partial / ROOT).is_file():  # it was removed while it was being written
             raise InputError(
                 f"{target}: expected to be written undisturbed, found parts of it removed meanwhile"
             )
@@ -176,7 +179,7 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
 
 
 def _holds_arrays(folder: Path) -> bool:
-    """Tell whether a folder is a group, whole or not: arrays and metadata, nothing else."""
+    """Return whether a folder is a group, whole or not: arrays and metadata, nothing else."""
     return all(
         entry.name == ROOT or (entry.is_dir() and {p.name for p in entry.iterdir()} <= {ROOT, "c"})
         for entry in folder.iterdir()
@@ -205,12 +208,12 @@ def require_same_files(store: Path, name: str, checksum: str) -> None:
 def attributes_there(group: Path) -> dict[str, Any]:
     """Return the attributes of a group; none where it is missing or damaged."""
     with suppress(InputError):
-        return attributes_of(group)
+        return read_attributes(group)
     return {}
 
 
 def is_whole(store: Path, name: str) -> bool:
-    """Tell whether a store holds a recording that can be opened."""
+    """Return whether a store holds a recording that can be opened."""
     with suppress(InputError):
         _open(store, name)
         return True
@@ -225,7 +228,7 @@ def recordings_there(store: Path) -> int:
 
 
 def holds_all(store: Path) -> bool:
-    """Tell whether a store holds all of its session; False where there is none yet."""
+    """Return whether a store holds all of its session; False where there is none yet."""
     n = recordings_there(store)
     return n > 0 and n == len(store_config(store)["recordings"])
 
@@ -233,7 +236,7 @@ def holds_all(store: Path) -> bool:
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return the attributes of those of these recordings that the store holds."""
     there = (name for name in names if (store / name / ROOT).is_file())
-    return {name: attributes_of(store / name) for name in there}
+    return {name: read_attributes(store / name) for name in there}
 
 
 def open_responses(store: str | Path) -> list[Responses]:
@@ -257,11 +260,17 @@ def open_responses(store: str | Path) -> list[Responses]:
     _require_known(store, names)
     if not opened:
         raise InputError(f"{store}: expected at least one recording, found none; extract again")
-    return sorted(opened, key=_place)
+
+    def place(one: Responses) -> tuple[tuple[float, str], float, str]:  # unknown speeds come last
+        speed = float(one.attrs[dims.SPEED])
+        speed = math.inf if math.isnan(speed) else speed
+        return natural_order(one.attrs[dims.TEXTURE]), speed, one.attrs["name"]
+
+    return sorted(opened, key=place)
 
 
 def _require_known(store: Path, names: Sequence[str]) -> None:
-    """Refuse a store with groups beside its recordings, such as one that was copied by hand."""
+    """Refuse a store with groups other than its recordings, such as one that was copied by hand."""
     known = {store / name for name in names}
     folders = {one for path in known for one in path.parents if one.is_relative_to(store)}
     for group in sorted(path.parent for one in folders for path in one.glob(f"[!.]*/{ROOT}")):
@@ -306,13 +315,6 @@ def missing_from(config: Mapping[str, Any], there: Sequence[Responses]) -> list[
     return [name for name in config.get("recordings", []) if name not in names]
 
 
-def _place(responses: Responses) -> tuple[tuple[float, str], float, str]:
-    """Return by what recordings are put in order; those of unknown speed come last."""
-    speed = float(responses.attrs[dims.SPEED])
-    speed = math.inf if math.isnan(speed) else speed
-    return natural_order(responses.attrs[dims.TEXTURE]), speed, responses.attrs["name"]
-
-
 def _open(store: Path, name: str) -> Responses:
     group = store / name
     read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
@@ -332,12 +334,6 @@ def _open(store: Path, name: str) -> Responses:
 
 def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
-
-
-def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
-    """Names of variable length: Zarr v3 specifies no type for those of fixed length."""
-    fixed = [name for name in responses.variables if responses[name].dtype.kind == "U"]
-    return responses.assign_coords({name: responses[name].astype(object) for name in fixed})
 
 
 _MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))

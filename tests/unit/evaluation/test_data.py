@@ -13,7 +13,7 @@ from afferents.errors import InputError
 from afferents.evaluation.data import Source, _require_one_frame_rate, data_quality, open_data
 from afferents.evaluation.results import read_summary
 from afferents.quality.issues import QualityIssue
-from afferents.store.responses import with_issues
+from afferents.store.responses import add_issues
 from afferents.store.zarr_store import open_responses, write_responses
 
 ALONE = ("--quiet", "--workers", 1)
@@ -64,7 +64,7 @@ def doubtful(stores, tmp_path):
     detected[-len(detected) // 5 :] = False
     position = np.where(detected[..., None], lost["position"], np.nan).astype(np.float32)
     lost["detected"].values, lost["position"].values = detected, position
-    for one in (lost, with_issues(accepted, [REPEATED])):
+    for one in (lost, add_issues(accepted, [REPEATED])):
         write_responses(found, one)
     return found
 

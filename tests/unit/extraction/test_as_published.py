@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.extraction.copies import notes_in
+from afferents.extraction.copies import make_notes
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/as_published.py"
 SECONDS, N_FRAMES = 1.6, 144
@@ -78,8 +78,8 @@ def test_either_tracker_goes_on_and_says_what_was_amiss(extracted):
     replaced = {r.attrs["name"]: r.attrs["rest_replaced"] for r in extracted["published"]}
     assert replaced.pop(SHIFTED) > 100  # many count from where the reference has them
     assert replaced == {EXTRA: 0, LACKING: 1, "0/20": 0}
-    said = " ".join(notes_in({r.attrs["name"]: r.attrs for r in extracted["published"]}).at_rest)
+    said = " ".join(make_notes({r.attrs["name"]: r.attrs for r in extracted["published"]}).at_rest)
     assert f"2 recordings, {EXTRA} (362 blobs), {LACKING} (360 blobs): the rest frame shows" in said
     assert "markers farther from the reference clip's than the gate were put where those" in said
-    said = " ".join(notes_in({r.attrs["name"]: r.attrs for r in extracted["windowed"]}).at_rest)
+    said = " ".join(make_notes({r.attrs["name"]: r.attrs for r in extracted["windowed"]}).at_rest)
     assert f"1 recording, {EXTRA} (362 for 361): the rest frame shows blobs" in said

@@ -12,7 +12,7 @@ from afferents.channels import CHANNELS
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.evaluation.data import Source, encode, join_recordings, open_data
-from afferents.extraction.copies import NAMED, warn, warning_of
+from afferents.extraction.copies import NAMED, warn, warn_of_copies
 from afferents.inspection.inspect import inspect
 from afferents.markers.quality import find_hidden_markers
 from afferents.progress import Progress
@@ -181,6 +181,6 @@ def test_other_recordings_are_no_copies(run, sounds, tmp_path):
 
 def test_many_copies_make_one_short_warning():
     copies = [Copy(f"1/{n}", f"2/{n}", "sound", 0.99) for n in range(50)]
-    (warning,) = warning_of(copies)
+    (warning,) = warn_of_copies(copies)
     assert "1/2 and 2/2 (by sound, 0.99 alike), and 47 more pairs" in warning
-    assert len(warning_of(copies[:NAMED])[0].splitlines()) == 1
+    assert len(warn_of_copies(copies[:NAMED])[0].splitlines()) == 1

@@ -16,7 +16,7 @@ from afferents.quality.issues import QualityIssue, describe_issues
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.check import check_recording
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import require_rates_that_agree
+from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.video import Footage, open_video
 
 from ..films import images_of, write_film

@@ -10,7 +10,7 @@ import pytest
 
 import afferents
 from afferents import markers
-from afferents.extraction.options import declared_of
+from afferents.extraction.options import describe_declaration
 from afferents.inspection.init import grid_sentence
 from afferents.markers.sensor import sensors_of
 
@@ -116,7 +116,7 @@ def test_the_rate_of_images_is_among_what_is_declared_of_them(tmp_path):
     for fps_hz in (30, 90):
         (tmp_path / "session.toml").write_text(f'pattern = "{{texture}}/"\nfps_hz = {fps_hz}\n')
         session = afferents.read_session(tmp_path)
-        said.add(declared_of(session.recordings[0], session, sensors_of(session, None)))
+        said.add(describe_declaration(session.recordings[0], session, sensors_of(session, None)))
     assert len(said) == 2
 
 
@@ -154,7 +154,7 @@ def test_where_nothing_names_a_sensor_the_default_is_said(command, lab, run, fai
     mine = tmp_path / "mine.toml"
     mine.write_text(TIP_B.replace('name = "tip_b"', 'name = "mine"'))
     sentence = fails(command, root, tmp_path / "s.zarr", "--sensor", mine, *ALONE)
-    assert "of the sensor asked for, 'mine', found those of 'tip_b'; choose another" in sentence
+    assert "of the requested sensor, 'mine', found those of 'tip_b'; choose another" in sentence
     _, _, err = run(command, root, tmp_path / "t.zarr", "--sensor", mine, *ALONE)
     assert said not in err
 

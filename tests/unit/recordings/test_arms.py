@@ -175,7 +175,7 @@ BROKEN = {
             [shutil.rmtree(root / run) for run in ("run_1", "run_2")]
             and cut(root / "targets.csv", "class\nfelt\n")
         ),
-        r"runs: expected run_1 and others beside the press, found none",
+        r"runs: expected run_1 and others next to the press, found none",
     ),
     "other events": (
         lambda root: cut(root / "run_1/control_data.csv", "timestamp,event\n100,begin\n"),

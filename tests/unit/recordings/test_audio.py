@@ -10,7 +10,8 @@ import soundfile
 
 from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
-from afferents.recordings.tables import Signal, read_table
+from afferents.recordings.description import Signal
+from afferents.recordings.tables import read_table
 
 PLAIN = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW"]
 

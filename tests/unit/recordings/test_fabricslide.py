@@ -8,8 +8,8 @@ import pytest
 from afferents.errors import InputError
 from afferents.recordings.check import facts
 from afferents.recordings.described import PACKAGED, Described
+from afferents.recordings.description import read_data_set_file
 from afferents.recordings.series import SeriesFile
-from afferents.recordings.tables import read_data_set_file
 
 SIGNAL = read_data_set_file(PACKAGED["fabricslide"]).signal
 HEADER = ", ".join(SIGNAL.columns)

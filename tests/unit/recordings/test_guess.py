@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from afferents.recordings.draft import guess_data_set
 from afferents.recordings.guess import (
-    guess_data_set,
     guess_pattern,
     guess_recordings,
     guess_rule,
 )
-from afferents.recordings.media import Pattern
+from afferents.recordings.pattern import Pattern
 from afferents.recordings.tables import find_dialect
 
 

@@ -16,10 +16,12 @@ from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording
 from afferents.recordings.described import Described
-from afferents.recordings.guess import tables_in
-from afferents.recordings.media import Pattern, media_in
+from afferents.recordings.draft import find_tables
+from afferents.recordings.grid import require_rates_that_agree
+from afferents.recordings.media import find_media
+from afferents.recordings.pattern import Pattern
 from afferents.recordings.pictures import ImageFolder
-from afferents.recordings.session import recordings_of, require_rates_that_agree
+from afferents.recordings.session import recordings_of
 from afferents.recordings.session_file import session_file
 from afferents.recordings.video import VideoFile
 
@@ -303,9 +305,9 @@ def test_folders_linked_to_their_parents_are_entered_once(empty):
     root = empty(["a/clip.avi", "b/other.avi", "b/table.csv"])
     for link, target in (("a/up", root), ("a/across", root / "b"), ("b/across", root / "a")):
         (root / link).symlink_to(target)
-    found = {path.relative_to(root).as_posix() for path in media_in(root)}
+    found = {path.relative_to(root).as_posix() for path in find_media(root)}
     assert found == {"a/clip.avi", "b/other.avi", "a/across/other.avi", "b/across/clip.avi"}
-    assert len(tables_in(root)) == 2
+    assert len(find_tables(root)) == 2
 
 
 def test_rates_that_contradict_each_other_are_refused(lab, write_video, write_audio):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from afferents.rig import NUISANCES, Drum, Rig, bumped_surface
 from afferents.rig.drums import write_drum
-from afferents.store.recording import LETTERS, folder_of
+from afferents.store.recording import LETTERS, name_folder
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
@@ -21,7 +21,7 @@ def test_where_a_drum_is_offered_its_bumps_diameter_is_called_a_guess():
 
 def test_every_nuisance_stands_there_and_how_all_drums_with_bumps_rub():
     assert [name for name in NUISANCES if f"`{name}`" not in PAGE] == []
-    surfaces = [bumped_surface(float(folder_of(letter)), Rig().drum) for letter in LETTERS]
+    surfaces = [bumped_surface(float(name_folder(letter)), Rig().drum) for letter in LETTERS]
     rub = [f"{surface.friction_factor:.2f}" for surface in surfaces]
     assert rub == ["1.00", *["0.78"] * 12]
     assert "0.78 of that on the smooth one" in PAGE

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.errors import InputError
-from afferents.store.beside import Beside
+from afferents.store.logged import LoggedFile
 from afferents.store.motion import (
     Series,
+    add_motion,
     differentiate,
     force_along,
     force_sentences,
     speed_along,
-    with_motion,
 )
 
 TIME = np.arange(0, 6, 0.008)
@@ -32,7 +32,7 @@ def swept(time_s):
 def logged(name, values, units, time_s=TIME, steady=(0.5, 5.5), length_s=6.0):
     """Responses of a recording with one log, and the log."""
     columns = tuple(f"{name}_{n}" for n in range(values.shape[1]))
-    log = Beside(name, Path(f"run_1/{name}.csv"), "timestamp", columns, units)
+    log = LoggedFile(name, Path(f"run_1/{name}.csv"), "timestamp", columns, units)
     variable = xr.DataArray(
         values.astype(np.float32),
         dims=(f"{name}_time", f"{name}_axis"),
@@ -50,7 +50,7 @@ def pose(place_mm, scale=0.001):
 @pytest.mark.parametrize(("units", "scale"), [("m, rad", 0.001), ("mm, deg", 1.0)])
 def test_speed_is_told_from_poses(units, scale):
     way, _ = swept(TIME)
-    series = speed_along(with_motion(*logged("pose", pose(way, scale), units)))
+    series = speed_along(add_motion(*logged("pose", pose(way, scale), units)))
     middle = (series.time_s > 0.2) & (series.time_s < 5.8)
     true = swept(series.time_s)[1]
     assert np.abs(series.values - true)[middle].max() < 0.4  # of 20 to 80: the filter's lag
@@ -59,7 +59,7 @@ def test_speed_is_told_from_poses(units, scale):
 def test_noise_of_poses_is_smoothed():
     way, _ = swept(TIME)
     noisy = way + np.random.default_rng(0).normal(0, 0.02, len(way))
-    series = speed_along(with_motion(*logged("pose", pose(noisy), "m, rad")))
+    series = speed_along(add_motion(*logged("pose", pose(noisy), "m, rad")))
     error = (series.values - swept(series.time_s)[1])[30:-30]
     assert error.std() < 0.6  # a difference of neighbours would be off by 3.5
     assert np.std(np.diff(noisy) / 0.008 - swept(TIME[1:])[1]) > 3
@@ -67,7 +67,7 @@ def test_noise_of_poses_is_smoothed():
 
 def test_a_log_of_speeds_goes_before_poses_and_may_run_backwards():
     responses, logs = logged("speed", -swept(TIME)[1][:, None], "mm/s")
-    kept = with_motion(responses, logs)
+    kept = add_motion(responses, logs)
     assert kept["speed"].dims == ("speed_time",)
     assert "speed_axis" not in kept.coords
     np.testing.assert_allclose(speed_along(kept).values, swept(TIME)[1], rtol=1e-6)
@@ -84,25 +84,25 @@ def test_a_log_of_speeds_goes_before_poses_and_may_run_backwards():
 def test_what_is_no_slide_is_refused(values, units, found):
     name = "speed" if units == "mm/s" else "pose"
     with pytest.raises(InputError, match=f"run_1/{name}.csv: expected .*{found}"):
-        with_motion(*logged(name, values, units))
+        add_motion(*logged(name, values, units))
 
 
 def test_another_clock_is_refused():
     responses, logs = logged("pose", pose(swept(TIME)[0]), "m, rad", time_s=TIME + 4000)
     with pytest.raises(InputError, match=r"between 0.50 and 5.50 s .*, found 4000.00 to 4005.99 s"):
-        with_motion(responses, logs)
+        add_motion(responses, logs)
 
 
 def test_few_poses_are_refused():
     few = slice(None, None, 200)
     with pytest.raises(InputError, match="expected 5 rows or more to tell a speed from, found 4"):
-        with_motion(*logged("pose", pose(swept(TIME[few])[0]), "m, rad", time_s=TIME[few]))
+        add_motion(*logged("pose", pose(swept(TIME[few])[0]), "m, rad", time_s=TIME[few]))
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_force_is_what_presses_and_a_sign_is_said(sign):
     values = np.stack([0 * TIME, 0.3 + 0 * TIME, sign * (2 + 0.5 * np.sin(TIME))], axis=1)
-    kept = with_motion(*logged("force", values, "N"))
+    kept = add_motion(*logged("force", values, "N"))
     np.testing.assert_allclose(force_along(kept).values, 2 + 0.5 * np.sin(TIME), rtol=1e-6)
     sentences = force_sentences([kept.attrs["normal_force"]])
     assert len(sentences) == (sign < 0)
@@ -149,6 +149,6 @@ def test_empty_cells_of_a_log_hide_nothing_else():
         values = values.copy()
         values[100:103] = np.nan
         units = {"speed": "mm/s", "force": "N", "pose": "m, rad"}[name]
-        series = along(with_motion(*logged(name, values, units)))
+        series = along(add_motion(*logged(name, values, units)))
         mean, *_ = series.over(np.array([3.0]), np.array([4.0]))
         assert np.isfinite(mean).all(), name

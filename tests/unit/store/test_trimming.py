@@ -9,9 +9,9 @@ from afferents.store.responses import steady_s
 from afferents.store.trimming import (
     cut_audio,
     cut_frames,
+    parse_steady,
     require_within,
-    steady_in,
-    with_steady,
+    set_steady,
     written,
 )
 
@@ -52,22 +52,22 @@ ONE = xr.Dataset(
 
 
 def test_it_is_read_and_written_and_overrules_what_the_recording_says():
-    assert steady_in(None, "all") is None
-    steady = steady_in("0.25:1", "all")
+    assert parse_steady(None, "all") is None
+    steady = parse_steady("0.25:1", "all")
     assert (steady, written(steady)) == ((0.25, 1.0), "0.25:1")
-    assert [steady_s(r) for r in with_steady([ONE], steady)] == [(0.25, 1.0)]
-    assert [steady_s(r) for r in with_steady([ONE], None)] == [(0.1, 0.9)]
+    assert [steady_s(r) for r in set_steady([ONE], steady)] == [(0.25, 1.0)]
+    assert [steady_s(r) for r in set_steady([ONE], None)] == [(0.1, 0.9)]
 
 
 @pytest.mark.parametrize("text", ["", "1", "1:2:3", "a:b", "1,2"])
 @pytest.mark.parametrize("wanted", [(2, 1), (-1, 2), (0, np.inf), (np.nan, 1), (1,)])
 def test_malformed_and_impossible_ones_are_refused(text, wanted):
     with pytest.raises(InputError, match=r"--steady: expected START:STOP in s, as in 0\.2:2\.8"):
-        steady_in(text, "all")
+        parse_steady(text, "all")
     with pytest.raises(InputError, match="--steady"):
-        steady_in(wanted, "all")
+        parse_steady(wanted, "all")
     with pytest.raises(InputError, match="the cut 'all', found 'published'"):
-        steady_in((0, 1), "published")
+        parse_steady((0, 1), "published")
 
 
 def test_it_must_lie_within_what_is_used():

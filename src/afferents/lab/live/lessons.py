@@ -33,12 +33,12 @@ from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.models.taught import MODEL, Taught, solve_taught
-from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session
+from afferents.recordings.frame_rate import RATE_TOLERANCE
 from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.media import as_speed
+from afferents.recordings.pattern import parse_speed
 from afferents.recordings.session_file import SESSION_FILE, require_label
-from afferents.store.recording import GreyImage, as_label, require_distinct
+from afferents.store.recording import GreyImage, fold_label, require_distinct
 
 NAME = "lessons"
 """Of the model in predictions."""
@@ -283,11 +283,11 @@ class Lessons:
             runs.
         """
         try:
-            name = require_label(as_label(name))
+            name = require_label(fold_label(name))
         except ValueError as error:
             raise InputError(f"the name: expected {error}, found '{name}'") from None
         try:
-            speed_mm_s = as_speed(f"{speed}") if speed else None
+            speed_mm_s = parse_speed(f"{speed}") if speed else None
         except ValueError:
             speed_mm_s = math.nan
         if speed_mm_s is not None and not 0 < speed_mm_s < math.inf:

@@ -22,7 +22,7 @@ from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.record import AUDIO, VIDEO, record
 from afferents.rig.surface import bumped_surface
 from afferents.stopping import stop_later
-from afferents.store.recording import LETTERS, folder_of
+from afferents.store.recording import LETTERS, name_folder
 
 RUN_S = 10.0
 """Length of a run, s."""
@@ -75,7 +75,7 @@ class RigShow:
     def draw(self, number: int) -> tuple[str, float]:
         """Return texture and speed, mm/s, of the run of that number."""
         rng = np.random.default_rng([self._seed, number])
-        texture = self._texture or folder_of(LETTERS[rng.integers(len(LETTERS))])
+        texture = self._texture or name_folder(LETTERS[rng.integers(len(LETTERS))])
         speed = self._speed_mm_s or float(SPEEDS_MM_S[rng.integers(len(SPEEDS_MM_S))])
         return texture, speed
 

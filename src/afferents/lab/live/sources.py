@@ -13,7 +13,7 @@ from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
-from afferents.recordings.layouts import AUDIO, VIDEO, session_around, video_in, video_of
+from afferents.recordings.layouts import AUDIO, VIDEO, find_video, make_clip, session_around
 from afferents.recordings.media import is_image_folder
 from afferents.rig.config import Rig
 from afferents.rig.sensor_rig import rig_of
@@ -143,9 +143,9 @@ def _open_clip(name: str, fps_hz: float | None) -> Video:
     """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
     path = Path(name)
     if not is_image_folder(path):
-        path = (video_in(path) if path.is_dir() else None) or require_recording(path, VIDEO)
+        path = (find_video(path) if path.is_dir() else None) or require_recording(path, VIDEO)
     declared, own_hz = session_around(path)
-    return video_of(path, declared, fps_hz or own_hz)
+    return make_clip(path, declared, fps_hz or own_hz)
 
 
 def _make_show(name: str, rig: Rig | None = None) -> RigShow:

@@ -17,8 +17,9 @@ from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.markers.detect import detect
 from afferents.markers.sensor import Sensor
 from afferents.recordings.layouts import VIDEO
-from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
-from afferents.store.recording import as_grey
+from afferents.recordings.run_log import Log
+from afferents.recordings.sound_clock import LIMIT_FRAMES, SURE, sound_clock
+from afferents.store.recording import make_grey
 
 LATE = 1.5
 """A frame that comes after this number of intervals, with no number missing, is late."""
@@ -223,7 +224,7 @@ def check_clock(
     )
     passes = abs(late_s) <= limit_s + SURE * clock.error_s
     if clock.drift is not None:
-        found += f", drift {clock.drift.said()}"
+        found += f", drift {clock.drift.describe()}"
         apart = abs(clock.drift.share) - SURE * clock.drift.error
         passes = passes and apart * plan.total_s <= limit_s
     return [
@@ -237,7 +238,7 @@ def check_clock(
 def check_markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: RecordingPlan) -> Check:
     """Look for the markers in a picture at rest and in the last."""
     pictures = [decode_picture(data, camera) for data in (log.rest, log.last)]
-    found = [len(detect(as_grey(*seen), sensor)) if seen else 0 for seen in pictures]
+    found = [len(detect(make_grey(*seen), sensor)) if seen else 0 for seen in pictures]
     usual = sensor.n_markers or found[0]
     missing = max(0.0, 1 - min(found) / max(usual, 1))
     return Check(

@@ -18,8 +18,8 @@ from afferents.lab.writers import SAMPLE_BYTES
 from afferents.markers.detect import detect, spacing_px, without_shine
 from afferents.markers.sensor import Sensor
 from afferents.quality import image as quality
-from afferents.recordings.run_log import SURE
-from afferents.store.recording import as_grey
+from afferents.recordings.sound_clock import SURE
+from afferents.store.recording import make_grey
 
 LOOKED_S = 1.5
 RATE = 0.02
@@ -97,7 +97,7 @@ def check_picture(settings: base.CameraSettings, frames: list[base.Frame], senso
     picture = next(filter(None, pictures), None)
     if picture is None:
         return Check("picture", False, "none that can be decoded", "look at the camera's format")
-    image = as_grey(*picture)
+    image = make_grey(*picture)
     level = f"mean grey level {image.mean():.0f}"
     if sensor.layout == dims.CELLS:
         return Check("picture", not quality.describe_no_light(image), level, "see to the light")

@@ -17,7 +17,8 @@ from afferents.lab.recorder.plan import RecordingPlan
 from afferents.lab.recorder.watch import Watch
 from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log, sound_clock
+from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log
+from afferents.recordings.sound_clock import sound_clock
 from afferents.store.drum_path import Drum
 
 DAMAGED = "damaged"

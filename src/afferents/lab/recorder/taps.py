@@ -14,7 +14,8 @@ from afferents.lab.recorder.plan import RecordingPlan
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
 from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.run_log import Log, sound_clock
+from afferents.recordings.run_log import Log
+from afferents.recordings.sound_clock import sound_clock
 from afferents.recordings.video import VideoFile
 
 AUDIO_OFFSET, SOUND_CLOCK = "audio_offset", "sound_clock"

@@ -33,7 +33,7 @@ from afferents.recordings.fetch.listing import (
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
 RETRIES = 4
-"""How often a file is asked for again whose connection broke, or whose checksum is another."""
+"""How often a file is requested again whose connection broke, or whose checksum is another."""
 _HERE = Path(__file__).parent
 _PIECE = 1 << 16
 
@@ -83,7 +83,7 @@ def fetch(
     manifest: Place | None = None,
     quiet: bool = False,
 ) -> Fetched:
-    """Fetch a public data set, with its size and licence said before it begins.
+    """Fetch a public data set, with its size and licence stated before it begins.
 
     Run it again to go on with the file at which it was stopped; what is here already is checked and
     kept. Needs the extra `fetch`.
@@ -152,18 +152,16 @@ def _files_of(
     else:
         files, page = read_manifest(listed, where), str(manifest or "this package")
     noted = _read_noted(folder, where)
-    return [_with_noted(file, noted.get(file.path, file)) for file in files], page
+    known = [(file, noted.get(file.path, file)) for file in files]
+    return [
+        replace(a, sha256=a.sha256 or b.sha256, n_bytes=a.n_bytes or b.n_bytes) for a, b in known
+    ], page
 
 
 def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
     """Return what is noted of the files in a folder, by path; `url` is what paths count from."""
     path = folder / CHECKSUMS
     return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
-
-
-def _with_noted(file: RemoteFile, noted: RemoteFile) -> RemoteFile:
-    sha256 = file.sha256 or noted.sha256
-    return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
 
 
 def _describe(

@@ -10,7 +10,8 @@ from afferents.lab.devices.base import Block
 from afferents.lab.recorder.page import RecordingPage
 from afferents.lab.recorder.watch import Watch
 from afferents.markers.sensor import load_sensor
-from afferents.recordings.run_log import BlockRow, sound_clock
+from afferents.recordings.run_log import BlockRow
+from afferents.recordings.sound_clock import sound_clock
 
 RATE_HZ, BLOCK = 44_100, 441
 START_S = 1234.5

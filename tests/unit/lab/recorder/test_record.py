@@ -33,7 +33,7 @@ from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig, bumped_surface, project
 from afferents.rig.run import simulate_run
-from afferents.store.drum_path import MARK, Drum, logged_path, path_in
+from afferents.store.drum_path import MARK, Drum, logged_path, read_path
 from afferents.store.responses import steady_s
 
 from ....limits import files_no_larger_than
@@ -185,7 +185,7 @@ def test_the_angle_is_that_of_the_film(faulty, bench, responses):
     error = way.at(time_s) - bench.film.way_mm[frames.sequence]
     assert np.abs(error).max() < 0.5
     assert way.drum == Drum(circumference_mm=np.pi * 80, contact_mm=16, zero=MARK)
-    stored, at_steady = path_in(responses), np.linspace(*steady_s(responses))
+    stored, at_steady = read_path(responses), np.linspace(*steady_s(responses))
     np.testing.assert_allclose(stored.at(at_steady), way.at(at_steady), atol=1e-3)
     with pytest.raises(InputError, match=r"turns at least once in each recording, found 0\.1"):
         split_named("angle").groups_of([responses])

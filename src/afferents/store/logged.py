@@ -1,4 +1,4 @@
-"""Numbers that something else logged beside a recording (a force, a pose), and its clock."""
+"""Numbers that something else logged during a recording (a force, a pose), and its clock."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +27,7 @@ class Lag(NamedTuple):
     error_s
         Uncertainty where it was measured, s.
     explained
-        Share of the variance of what the skin felt that the other's numbers explain under it.
+        Share of the variance of the skin's motion that the other's numbers explain under it.
     at_s
         When it was measured, by the images' clock.
     """
@@ -46,8 +46,8 @@ AHEAD_BY_NOTHING = Lag()
 
 
 @dataclass(frozen=True)
-class Beside:
-    """A CSV of numbers, read when asked for.
+class LoggedFile:
+    """A CSV of numbers, read when needed.
 
     Attributes
     ----------
