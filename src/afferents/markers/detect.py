@@ -24,7 +24,7 @@ from afferents.store.recording import GreyImage
 # Where discs are in one image, by their correlation with a drawn one.
 #
 # The correlation knows neither brightness nor contrast: the light of an LED that falls off, a pool
-# of light on the skin or a reflection beside a marker change it little, where cutting the image at
+# of light on the skin or a reflection next to a marker change it little, where cutting the image at
 # grey levels runs the marker together with what is bright around it.
 
 SURROUND = 0.4
@@ -32,7 +32,7 @@ SURROUND = 0.4
 FAINTEST = 6.0
 """A disc that stands out by fewer grey levels is noise."""
 TYPICAL = 0.8
-"""Discs that correlate so well say what contrast is typical."""
+"""Discs that correlate this well say what contrast is typical."""
 Image = NDArray[np.float32]
 Found = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
@@ -50,27 +50,33 @@ def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHO
     within
         Discs elsewhere are none, nor do they say what contrast is typical.
     """
-    disc, ring = _template(parameters.radius_px)
+    disc, ring = _draw_template(parameters.radius_px)
     if min(image.shape) < len(disc):
         return np.zeros((0, 2)), np.zeros(0)
     sign = np.float32(1 if parameters.blob_colour else -1)
     grey = sign * image.astype(np.float32)
     correlation = np.asarray(cv2.matchTemplate(grey, disc, cv2.TM_CCOEFF_NORMED), np.float32)
-    match = _padded(correlation, image.shape)
+    # At the image's own pixels; none where the template does not fit.
+    match = np.full(image.shape, -1, np.float32)
+    (rows, columns), (height_px, width_px) = correlation.shape, image.shape
+    top, left = (height_px - rows) // 2, (width_px - columns) // 2
+    match[top : top + rows, left : left + columns] = correlation
     contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
-    row, column = _peaks(match, parameters)
+    side = 2 * int(np.ceil(parameters.radius_px)) + 1
+    best = cv2.dilate(match, np.ones((side, side), np.uint8))
+    row, column = np.nonzero((match == best) & (match > parameters.min_correlation))
     shown = within.shows(np.stack([column, row], axis=1))
     row, column = row[shown], column[shown]
     height, score = contrast[row, column], match[row, column]
     typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
     stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
     peak = np.stack([column, row], axis=1)[stands_out].astype(float)
-    centre = _refined(image, peak, parameters.radius_px)
+    centre = _refine(image, peak, parameters.radius_px)
     apart = _best_only(centre, score[stands_out], parameters.radius_px)
     return centre[apart], np.full(int(apart.sum()), np.pi * parameters.radius_px**2)
 
 
-def _template(radius: float) -> tuple[Image, Image]:
+def _draw_template(radius: float) -> tuple[Image, Image]:
     """Return a disc in the middle of its surroundings, and the surroundings."""
     half = int(np.ceil(radius + max(2.0, SURROUND * radius)))
     y, x = np.mgrid[-half : half + 1, -half : half + 1]
@@ -79,23 +85,7 @@ def _template(radius: float) -> tuple[Image, Image]:
     return disc, (from_middle > radius + 1).astype(np.float32)
 
 
-def _padded(match: Image, shape: tuple[int, ...]) -> Image:
-    """Return the correlation at the image's own pixels; none where the template does not fit."""
-    padded = np.full(shape, -1, np.float32)
-    top, left = (shape[0] - match.shape[0]) // 2, (shape[1] - match.shape[1]) // 2
-    padded[top : top + match.shape[0], left : left + match.shape[1]] = match
-    return padded
-
-
-def _peaks(match: Image, parameters: DiscDetector) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return row and column of the pixels that correlate best within a disc's radius."""
-    side = 2 * int(np.ceil(parameters.radius_px)) + 1
-    best = cv2.dilate(match, np.ones((side, side), np.uint8))
-    row, column = np.nonzero((match == best) & (match > parameters.min_correlation))
-    return row, column
-
-
-def _refined(image: GreyImage, peak: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+def _refine(image: GreyImage, peak: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
     """Return the centroid of each disc; its peak, where that is not on it."""
     n = len(peak)
     half = np.full(n, round(radius + 1), np.int64)
@@ -109,7 +99,7 @@ def _refined(image: GreyImage, peak: NDArray[np.float64], radius: float) -> NDAr
 def _best_only(
     centre: NDArray[np.float64], score: NDArray[np.float32], radius: float
 ) -> NDArray[np.bool_]:
-    """Say which discs are not on a better one: two pixels of one top may correlate alike."""
+    """Return which discs are not on a better one: two pixels of one top may correlate alike."""
     keep = np.ones(len(centre), dtype=bool)
     for a, b in sorted(cKDTree(centre).query_pairs(radius)) if len(centre) else ():
         if keep[a] and keep[b]:
@@ -155,7 +145,7 @@ def find_markers(image: GreyImage, sensor: Sensor) -> Found:
 
 
 def enlarged(image: GreyImage, times: int) -> GreyImage:
-    """Return an image so many times as large, smoothly; `scaled` says where things are in it."""
+    """Return an image this many times as large, smoothly; `scaled` says where things are in it."""
     if times == 1:
         return image
     large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
@@ -163,7 +153,7 @@ def enlarged(image: GreyImage, times: int) -> GreyImage:
 
 
 def scaled(position: Positions, times: float) -> Positions:
-    """Return positions, (n, 2), px, in an image so many times as large."""
+    """Return positions, (n, 2), px, in an image this many times as large."""
     return position if times == 1 else times * (position + 0.5) - 0.5
 
 
@@ -186,7 +176,7 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     The published method (preprocess/afferent_response.py). The area is that of a disc of the
     blob's mean radius.
     """
-    blobs = _detector(parameters).detect(image)
+    blobs = _make_detector(parameters).detect(image)
     centre = np.array([blob.pt for blob in blobs], dtype=np.float64).reshape(-1, 2)
     diameter = np.array([blob.size for blob in blobs], dtype=np.float64)
     return centre, np.pi / 4 * diameter**2
@@ -201,7 +191,7 @@ def spacing_px(position: Positions) -> float:
 
 
 @lru_cache(maxsize=8)
-def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
+def _make_detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     """Build the detector once for each set of parameters."""
     cv = cv2.SimpleBlobDetector.Params()
     cv.minThreshold = parameters.min_threshold

@@ -81,7 +81,7 @@ def assign_grid(
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
     if not (1 - MOST_MISSING) * rows * columns <= len(position) <= rows * columns:
         raise InputError(f"{where}: expected {expected}, found {len(position)} markers")
-    row, column = places_of(position)
+    row, column = find_places(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
     n_places = len(np.unique(row * size[1] + column))
     if size != (rows, columns) or n_places < len(position):
@@ -121,7 +121,7 @@ def find_grid(position: Positions) -> Grid | None:
     """
     if len(position) < 4:
         return None
-    row, column = places_of(position)
+    row, column = find_places(position)
     rows, columns = int(row.max()) + 1, int(column.max()) + 1
     whole = rows > 1 and columns > 1 and len(position) >= (1 - MOST_MISSING) * rows * columns
     if not whole or len(np.unique(row * columns + column)) < len(position):
@@ -151,9 +151,15 @@ def _polynomial(source: Positions, target: Positions) -> Callable[[Positions], P
     return lambda points: np.asarray(terms(points) @ factors)
 
 
-def places_of(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def find_places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return row and column of each marker, as the links to its neighbours say."""
-    upright = turn(position, -_roll_from_neighbours(position))
+    distance, index = cKDTree(position).query(position, k=min(5, len(position)))
+    near = distance[:, 1:] < REACH * distance[:, 1:2]
+    step = (position[index[:, 1:]] - position[:, None])[near]
+    # A grid looks the same after 90 degrees, so directions are averaged modulo 90.
+    direction = np.arctan2(step[:, 1], step[:, 0])
+    roll_deg = float(np.degrees(np.angle(np.exp(4j * direction).sum())) / 4)
+    upright = turn(position, -roll_deg)
     along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
     column, row = _count_steps(along_x, along_y, upright)
     return row, column
@@ -187,16 +193,6 @@ def turn(position: Positions, angle_deg: float) -> Positions:
     cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     turned: Positions = position @ np.array([[cos, sin], [-sin, cos]])
     return turned
-
-
-def _roll_from_neighbours(position: Positions) -> float:
-    """Estimate the roll in degrees, -45 to 45, from the directions to near neighbours."""
-    distance, index = cKDTree(position).query(position, k=min(5, len(position)))
-    near = distance[:, 1:] < REACH * distance[:, 1:2]
-    step = (position[index[:, 1:]] - position[:, None])[near]
-    # A grid looks the same after 90 degrees, so directions are averaged modulo 90.
-    direction = np.arctan2(step[:, 1], step[:, 0])
-    return float(np.degrees(np.angle(np.exp(4j * direction).sum())) / 4)
 
 
 def _neighbours(upright: Positions, axis: int) -> NDArray[np.intp]:

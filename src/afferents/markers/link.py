@@ -61,7 +61,7 @@ def link_one_to_one(expected: Positions, blobs: Positions, gate_px: float) -> ND
 
 # Whether markers slid together to their neighbours' blobs, and which blobs are theirs.
 #
-# Markers of a dense skin that jump by half their spacing may all be taken for their neighbours.
+# Markers of a dense skin that jump by half their spacing may all get the names of their neighbours.
 # Such a slip looks right from within: neighbours agree. It shows where it ends, by markers torn
 # from their neighbours or left without a blob, in the skin or at its rim. Names then start anew:
 # from the part that hangs together, from rest, from rest moved as the blobs of the whole picture
@@ -120,7 +120,7 @@ class SlipCheck:
         self._margin = max(2.0, BETTER * len(rest))
 
     def suspicious(self, position: Positions) -> bool:
-        """Say whether so many markers are lost, or any torn apart, that some may be slipped."""
+        """Return whether markers enough are lost, or any torn apart, that some may be slipped."""
         if self._to.shape[1] < 2:
             return False
         n_lost = self._n_present - int((~np.isnan(position[:, 0])).sum())

@@ -40,8 +40,8 @@ FEWEST_CELLS, MOST_CELLS = 4, 200
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
 SMALL_PX, ENLARGED = 2.0, 4
-"""Discs of a smaller radius are found and followed in the picture enlarged so many times: there are
-too few px of them, and of the skin between them, for a centroid."""
+"""Discs of a smaller radius are found and followed in the picture enlarged this many times: there
+are too few px of them, and of the skin between them, for a centroid."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -58,7 +58,7 @@ class BlobDetector(BaseModel):
     min_threshold, max_threshold, threshold_step
         Grey levels, 0 to 255.
     min_distance_px
-        Blobs nearer than this are taken for one, px.
+        Blobs nearer than this count as one, px.
     min_area_px2, max_area_px2
         Area of a marker, px^2.
     min_circularity, min_convexity, min_inertia_ratio
@@ -201,7 +201,7 @@ class Picture(BaseModel):
         return shown
 
     def enlarged(self, times: int) -> Self:
-        """Return the same for a picture so many times as large."""
+        """Return the same for a picture this many times as large."""
 
         def larger(x: float, y: float, radius: float) -> Circle:
             return times * (x + 0.5) - 0.5, times * (y + 0.5) - 0.5, times * radius
@@ -217,7 +217,7 @@ class Picture(BaseModel):
         return kept + [("hide", circle) for circle in self.hide]
 
     def misplaced(self, width: float, height: float) -> str:
-        """Say which circle lies beside a picture of this size, and what was expected; or nothing.
+        """Say which circle lies outside a picture of this size, and what was expected; or nothing.
 
         Either side may be infinite.
         """
@@ -242,7 +242,7 @@ class Sensor(BaseModel):
         ``cells`` of a fingertip without markers: `rows` x `columns` parts of its picture.
     markers
         Where the markers of other layouts than square ones are at rest, px, in the order that
-        they keep; None where nobody has looked (``free`` only). Camera and fingertip may be
+        they keep; None where these are not known (``free`` only). Camera and fingertip may be
         turned against it.
     image
         Rows and columns of the tactile images of such a layout; None for as many as suit its
@@ -250,7 +250,7 @@ class Sensor(BaseModel):
     pitch_mm
         Distance of neighbouring markers on the skin, mm; None where it is not known.
     n_markers
-        How many markers there are; None where nobody has counted them (``free`` only).
+        How many markers there are; None where that is not known (``free`` only).
     width, height
         Size of the images for which the lengths in px hold; None for any.
     radius_px
@@ -436,7 +436,7 @@ class Sensors:
         return sensor.model_copy(update={"rest_frame": recording.rest_frame})
 
 
-def sensors_of(session: Session, given: Sensor | None) -> Sensors:
+def find_sensors(session: Session, given: Sensor | None) -> Sensors:
     """Return the sensors of a session.
 
     Parameters
@@ -483,7 +483,7 @@ def default_sentences(session: Session, given: Sensor | None) -> list[str]:
     ]
 
 
-def sensor_in(wanted: "str | Path | Sensor") -> "Sensor":
+def resolve_sensor(wanted: "str | Path | Sensor") -> "Sensor":
     """Return the sensor, which may be given by its file or by the name of a packaged one.
 
     Raises

@@ -1,4 +1,11 @@
-"""Following markers by centroids in windows, and what is noticed on the way."""
+"""Following markers by centroids in windows round where they are expected.
+
+A marker is looked for where it was plus its last step. If the discs are not there, the common
+shift of all markers is searched, over more than the distance of two markers; if most are still
+not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
+(the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
+kept for each marker and follow the light.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +21,30 @@ from afferents.markers.detect import Positions, find_markers, without_shine
 from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
 from afferents.markers.sensor import Sensor
 from afferents.store.recording import GreyImage, as_grey
+
+N_NEIGHBOURS = 8
+"""Markers around a marker that say where it must be when it is lost."""
+EDGE_PX = 1.0
+"""A window is this much larger than the disc to every side, px."""
+WINDOW = 0.45
+"""Half a window is at most this share of the distance to the nearest marker, so that no two
+windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
+SAME_BLOB = 0.4
+"""Two markers nearer than this share of their distance at rest are on one blob."""
+SEARCH = 1.2
+"""The common shift is searched up to this multiple of the distance of markers."""
+FAR = 0.15
+"""A common step beyond this share of the search is not believed without one."""
+FAINT = 0.3
+"""A lost marker is there if it stands out by this share of what markers stand out by."""
+_FAR_RADII = 8.0
+"""Markers farther apart than this many radii are as good as alone."""
+_ENOUGH = 0.5
+"""Below this share of markers found the whole picture is searched."""
+_MOST = 0.9
+"""Below this share of markers found the picture may be damaged."""
+_CHECK, _LONGEST = 4, 64
+"""Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
 
 class Tracked(NamedTuple):
@@ -69,39 +100,6 @@ class Renamed(NamedTuple):
         for frame in tracked[-self.n_frames : -1]:
             frame.position[self.which] = np.nan
             frame.detected[self.which] = False
-
-
-# Following markers by centroids in windows round where they are expected.
-#
-# A marker is looked for where it was plus its last step. If the discs are not there, the common
-# shift of all markers is searched, over more than the distance of two markers; if most are still
-# not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
-# (the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
-# kept for each marker and follow the light.
-
-N_NEIGHBOURS = 8
-"""Markers around a marker that say where it must be when it is lost."""
-EDGE_PX = 1.0
-"""A window is this much larger than the disc to every side, px."""
-WINDOW = 0.45
-"""Half a window is at most this share of the distance to the nearest marker, so that no two
-windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
-SAME_BLOB = 0.4
-"""Two markers nearer than this share of their distance at rest are on one blob."""
-SEARCH = 1.2
-"""The common shift is searched up to this multiple of the distance of markers."""
-FAR = 0.15
-"""A common step beyond this share of the search is not believed without one."""
-FAINT = 0.3
-"""A lost marker is there if it stands out by this share of what markers stand out by."""
-_FAR_RADII = 8.0
-"""Markers farther apart than this many radii are as good as alone."""
-_ENOUGH = 0.5
-"""Below this share of markers found the whole picture is searched."""
-_MOST = 0.9
-"""Below this share of markers found the picture may be damaged."""
-_CHECK, _LONGEST = 4, 64
-"""Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
 
 class Windowed:
@@ -275,7 +273,7 @@ class Windowed:
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
-        # Where a shifted part was taken for a jump, only better names show that it is none.
+        # Where a shifted part looked like a jump, only better names show that it is none.
         if better is not None and not self._lose_below_tear(better, position, found):
             self._rename(better, position, found)
         self._unchecked = 0

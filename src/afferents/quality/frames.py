@@ -147,23 +147,23 @@ WINDOW = 360
 FEWEST = 150
 """Of fewer frames the share that a beat explains is chance: up to 0.27 in 90, 0.09 in 180."""
 PERIODS = range(2, 7)
-"""Each frame so many times."""
+"""Each frame this many times."""
 BEAT = 0.18
 """Share of the variance of the change from frame to frame that a beat of 2 to 6 frames explains.
 Genuine frames: up to 0.09 in 180 and 0.06 in 360; repeated and encoded again mostly above 0.2. Only
 of a smooth drum is crf 35 too much, where a step is smeared over its repeats."""
 UNEQUAL = 1.5
-"""The beat's largest change is so many times its smallest. A texture whose bumps come every few
+"""The beat's largest change is this many times its smallest. A texture whose bumps come every few
 frames exactly beats too, but evenly: up to 1.34."""
 ADDS_UP = 0.75
 """Over a whole beat the picture changes by this share of the sum of its steps: 0.93 and more where
 frames are repeated, 0.65 where a coarse codec smears them; less where a texture or a flickering
 lamp comes back to where it was: 0.1 to 0.7."""
 AGAIN, AGAIN_WITHIN = 0.3, 4
-"""A frame that changes by less than this share of what changes within so many frames before and
+"""A frame that changes by less than this share of what changes within this many frames before and
 after it repeats the one before,"""
 MOVES_GREY = 0.3
-"""where that is at least so many grey levels: below it a codec's own steps look like that."""
+"""where that is at least this many grey levels: below it a codec's own steps look like that."""
 MANY_AGAIN, ENOUGH_MOVES = 0.35, 0.1
 """Share of such frames, among those where so much moves (at least this share of all). Genuine ones:
 up to 0.19; four of the real clips, whose recorder wrote most frames twice: 0.39 to 0.51."""
@@ -408,7 +408,7 @@ REPEATED_SHARE = 0.2
 MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
 MANY_REPEATED = 0.01
-"""Share of frames that seem repeated beyond which it is said."""
+"""Share of frames that seem repeated beyond which it is reported."""
 
 
 def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -429,7 +429,7 @@ def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
-"""An interval between frames is uneven beyond this share of the median; and said to be so beyond
+"""An interval between frames is uneven beyond this share of the median; and reported beyond
 this share of intervals (single gaps are counted as missing frames)."""
 _CLOCK_S = 0.0011
 """Containers such as mkv round times to ms."""

@@ -12,10 +12,10 @@ from afferents.quality.lasting import lasting, sliding_part, span_text
 LOUDEST = 1.01
 """Full scale, and what conversions add to it: 8-bit integers divided by 127 reach 1.008."""
 RUN = 3
-"""A signal that is clipped stays at its extreme for so many samples at least,"""
+"""A signal that is clipped stays at its extreme for this many samples at least,"""
 STEEP = 4
-"""and comes there by a step of more than so many of the smallest steps that it makes: the top of a
-slow wave is flat too, but is reached by small ones."""
+"""and comes there by a step of more than this many of the smallest steps that it makes: the top of
+a slow wave is flat too, but is reached by small ones."""
 
 MUCH_CLIPPED = 1e-4
 """Share of clipped samples that is named."""

@@ -24,7 +24,7 @@ from afferents.evaluation.plan import read_lengths
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.markers.sensor import sensor_in
+from afferents.markers.sensor import resolve_sensor
 from afferents.models.model import BEST, choose_models, list_names
 from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
@@ -203,7 +203,7 @@ def _simulate(run: RunFolder, size: Size, options: Options, seed: int, progress:
         raise InputError(
             f"--cut published: expected {expected}, found --size {size}; or use --cut all"
         )
-    sensor = sensor_in(options.get("sensor", "tip_b"))
+    sensor = resolve_sensor(options.get("sensor", "tip_b"))
     wanted = make_simulation(run.session, size, seed=seed, rig=make_rig(sensor), sensor=sensor.name)
     return simulate_session(wanted, options.get("workers"), progress)
 

@@ -18,7 +18,7 @@ from afferents.files import (
     require_same_config,
     write_json,
 )
-from afferents.markers.sensor import sensor_in
+from afferents.markers.sensor import resolve_sensor
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
@@ -242,7 +242,7 @@ def simulate(
 
     require_workers(workers)
     speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
-    given = sensor_in(sensor)
+    given = resolve_sensor(sensor)
     if isinstance(textures, str) and not set(textures) <= set(LETTERS):
         textures = textures.split(",")
     with Progress(quiet) as progress:
