@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import afferents
 from afferents.errors import InputError
 from afferents.extraction.clocks import describe, measure_clocks, measure_lag, with_clocks
-from afferents.markers.sensor import find_sensors
+from afferents.markers.session_sensors import find_sensors
 from afferents.rig import Rig
 from afferents.store.beside import Lag
 

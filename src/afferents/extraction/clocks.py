@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.channels import compute_sa1
 from afferents.errors import InputError
-from afferents.markers.sensor import Sensors
+from afferents.markers.session_sensors import Sensors
 from afferents.markers.track import track_markers
 from afferents.recordings.session import Session
 from afferents.store.beside import Lag

@@ -22,19 +22,14 @@ from afferents.extraction.options import Extraction, declared_of
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, upright_tracks
 from afferents.markers.quality import find_track_issues
-from afferents.markers.sensor import (
-    Sensor,
-    Sensors,
-    default_sentences,
-    find_sensors,
-    resolve_sensor,
-)
+from afferents.markers.sensor import Sensor, resolve_sensor
+from afferents.markers.session_sensors import Sensors, default_sentences, find_sensors
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
 from afferents.progress import Progress
-from afferents.quality.frames import find_time_issues
 from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
+from afferents.quality.repeats import find_time_issues
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files

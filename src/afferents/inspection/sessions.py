@@ -13,7 +13,8 @@ from afferents.evaluation.data import share_lost, summarise_lost
 from afferents.extraction.extract import find_issues, of_still, responses_of, watched
 from afferents.inspection.files import PICTURED_S, Inspection, draw_vibration, draw_video
 from afferents.inspection.init import grid_sentence, list_first
-from afferents.markers.sensor import Sensor, default_sentences, find_sensors
+from afferents.markers.sensor import Sensor
+from afferents.markers.session_sensors import default_sentences, find_sensors
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence

@@ -1,8 +1,8 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import islice, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -235,8 +235,11 @@ def find_rest_markers(
 def _look_by_layout(images: Sequence[GreyImage], sensor: Sensor) -> tuple[AtRest, GreyImage]:
     """Return what the rest frame shows, or the median if a marker of the layout is missing."""
     image = images[0]
-    seen = seen_at_rest(image, sensor)
-    if len(images) > 1 and not _shows_all(seen.position, sensor):
+    seen, layout = seen_at_rest(image, sensor), np.array(sensor.markers or ())
+    shows_all = 0 < len(layout) <= len(seen.position) and bool(
+        match_layout(seen.position, layout, "", needed=0.0)[1].all()
+    )
+    if len(images) > 1 and not shows_all:
         image, n_still = still_picture(images, sensor)
         seen = seen_at_rest(image, sensor, n_still)
     return seen._replace(position=_within(seen.position, sensor)), image
@@ -254,13 +257,6 @@ def _look_by_number(
         if _plausible(len(again), sensor, method, led):
             return AtRest(again, n_still=n_still), median
     return found, image
-
-
-def _shows_all(seen: Positions, sensor: Sensor) -> bool:
-    """Return whether a picture shows every marker of a layout that the sensor file describes."""
-    if sensor.markers is None or len(seen) < len(sensor.markers):
-        return False
-    return bool(match_layout(seen, np.array(sensor.markers), "", needed=0.0)[1].all())
 
 
 def _within(found: Positions, sensor: Sensor) -> Positions:
@@ -383,88 +379,3 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
             f"{where}: expected {declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says, "
             f"found {size[0]} x {size[1]} px; {do}"
         )
-
-
-# What a rest frame showed that is to be said: blobs too many or too few, and whose place it took.
-#
-# It stands in the attributes of a recording's tracks, and so in those of its responses.
-
-BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
-STALE, BITS = "rest_stale", "bits"
-NAMED = 3
-"""This many recordings are named in a sentence."""
-
-
-def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
-    """Return, as attributes, how many blobs and markers there were, and how many are missing.
-
-    `rest_replaced` counts markers that were not found, and stand where the others (or, under
-    ``published``, the reference) say that they should.
-    """
-    return {
-        BLOBS: len(at_rest.position),
-        MARKERS: len(rest.position),
-        REPLACED: int((~rest.present).sum()),
-    }
-
-
-def start_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Say of recordings, by their attributes, which start with stale frames or have more bits."""
-    return [
-        *_name_recordings(
-            {name: f"{one[STALE]} frames" for name, one in attributes.items() if one.get(STALE)},
-            "the picture jumps in the first frames and then stands still, as where a camera's "
-            "buffer gives frames of an earlier run; rest is the frame after these",
-        ),
-        *_name_recordings(
-            {
-                name: f"{one[BITS]} bits"
-                for name, one in attributes.items()
-                if 8 < one.get(BITS, 8) < 16
-            },
-            "no pixel of its 16-bit images uses more, so this is taken for the camera's depth",
-        ),
-    ]
-
-
-def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Say of recordings, by the attributes of their tracks, what was amiss in their rest frames.
-
-    There is nothing on those in which every blob was one marker.
-    """
-    known = {name: one for name, one in attributes.items() if BLOBS in one}
-    published = {name: one for name, one in known.items() if one.get("method") == "published"}
-    others = {name: one for name, one in known.items() if name not in published}
-    return [
-        *start_sentences(known),
-        *_name_recordings(
-            {n: f"{o[BLOBS]} blobs" for n, o in published.items() if o[BLOBS] != o[MARKERS]},
-            "the rest frame shows another number of blobs than markers; each marker took the "
-            "nearest, as the published code does",
-        ),
-        *_name_recordings(
-            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in published.items() if o[REPLACED]},
-            "markers farther from the reference clip's than the gate were put where those are, as "
-            "the published code does; their SA-I counts from where they are not (the other "
-            "trackers don't do so)",
-        ),
-        *_name_recordings(
-            {n: f"{o[BLOBS]} for {o[MARKERS]}" for n, o in others.items() if o[BLOBS] > o[MARKERS]},
-            "the rest frame shows blobs that the sensor's layout has no place for; they were left "
-            "out",
-        ),
-        *_name_recordings(
-            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in others.items() if o[REPLACED]},
-            "the rest frame lacks markers, which count as lost until they are seen",
-        ),
-    ]
-
-
-def _name_recordings(found: Mapping[str, str], what: str) -> list[str]:
-    """Say something of the recordings that it is true of, or nothing."""
-    if not found:
-        return []
-    named = ", ".join(f"{name} ({how})" for name, how in list(found.items())[:NAMED])
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    many = f"{len(found)} recording{'s' if len(found) > 1 else ''}"
-    return [f"{many}, {named}{more}: {what}."]

@@ -24,18 +24,16 @@ from afferents.markers.detect import (
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    BITS,
     N_FIRST,
-    STALE,
     check_size,
     count_stale,
     find_rest_markers,
     median_picture,
     order_markers,
     rest_images,
-    rest_seen,
     too_short,
 )
+from afferents.markers.rest_report import BITS, STALE, rest_seen
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels

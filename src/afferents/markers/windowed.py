@@ -18,8 +18,9 @@ from scipy.spatial import cKDTree
 from afferents.errors import InputError
 from afferents.markers import kernel
 from afferents.markers.detect import Positions, find_markers, without_shine
-from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
+from afferents.markers.link import NO_BLOB, link_one_to_one
 from afferents.markers.sensor import Sensor
+from afferents.markers.slips import SlipCheck
 from afferents.store.recording import GreyImage, as_grey
 
 N_NEIGHBOURS = 8

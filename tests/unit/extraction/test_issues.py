@@ -11,8 +11,9 @@ import soundfile
 
 from afferents.extraction.extract import extract
 from afferents.inspection.inspect import inspect
-from afferents.quality.frames import find_doubled_frames, find_time_issues, mean_motion
+from afferents.quality.frames import mean_motion
 from afferents.quality.issues import QualityIssue, describe_issues
+from afferents.quality.repeats import find_doubled_frames, find_time_issues
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.check import check_recording
 from afferents.recordings.data_sets import read_session

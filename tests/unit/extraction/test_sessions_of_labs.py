@@ -12,7 +12,7 @@ import afferents
 from afferents import markers
 from afferents.extraction.options import declared_of
 from afferents.inspection.init import grid_sentence
-from afferents.markers.sensor import find_sensors
+from afferents.markers.session_sensors import find_sensors
 
 ALONE = ("--quiet", "--workers", 1)
 TIP_B = (Path(markers.__file__).parent / "sensors/tip_b.toml").read_text()
