@@ -24,7 +24,7 @@ from afferents.markers.places import image_places, image_shape
 from afferents.markers.sensor import load_sensor
 from afferents.rig import Rig, Skin, bumped_surface
 from afferents.rig.run import simulate_run
-from afferents.rig.sensor_rig import make_rig
+from afferents.rig.sensor_rig import rig_of
 
 Floats = NDArray[np.float64]
 Operator = Callable[[Floats, Floats], Floats]
@@ -153,7 +153,7 @@ def table(drums: list[NDArray[np.float64]]) -> str:
     rows = {name: [] for name in OPERATORS}
     for layout in LAYOUTS:
         sensor = load_sensor(layout)
-        rig = make_rig(sensor)
+        rig = rig_of(sensor)
         pins = rig.skin.rest_mm()
         pixels, shape = pixels_of(pins)
         inside = Delaunay(pins).find_simplex(pixels) >= 0

@@ -39,7 +39,7 @@ WIDTH = 4
 Floats = NDArray[np.float64]
 
 
-def make_images(responses: Responses) -> Floats:
+def images_of(responses: Responses) -> Floats:
     """Return images (time, component, row, column) of SA-I at constant speed, tapered, px."""
     time, until = responses["time"].values, steady_s(responses)
     kept = cut_frames(time, "all", until, str(responses.attrs["name"]))
@@ -86,7 +86,7 @@ def main(store: str, out: str | None = None) -> None:
         if responses.attrs["speed_mm_s"] != SPEED_MM_S or spacing == 0:
             continue
         base, highest = Drum().rate_hz(spacing, SPEED_MM_S), 0.49 * FPS_HZ
-        images = make_images(responses)
+        images = images_of(responses)
         found = {n: wave_at(images, n * base) for n in (1, 2, 3) if n * base < highest}
         if not found:
             continue

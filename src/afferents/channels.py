@@ -473,7 +473,7 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
         If a dim or the coordinate `time` is missing, or if times do not rise.
     """
     position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    step_s = _steps(position)
+    step_s = _measure_steps(position)
     squared = change(position) ** 2
     speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
     return speed.rename("marker_speed").assign_attrs(
@@ -481,7 +481,7 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
     )
 
 
-def _steps(position: xr.DataArray) -> xr.DataArray:
+def _measure_steps(position: xr.DataArray) -> xr.DataArray:
     """Return the time since the frame before, `(time)`, s, NaN for the first."""
     if dims.TIME not in position.coords:
         raise InputError(f"{dims.POSITION}: expected the coordinate '{dims.TIME}' in s, found none")

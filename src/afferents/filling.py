@@ -127,7 +127,7 @@ def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> ND
     (frames,) = np.nonzero(lost.any(axis=tuple(range(1, values.ndim))))
     if not len(frames):
         return values
-    neighbour, weight = _neighbours(np.asarray(places, np.float64).tobytes())
+    neighbour, weight = _weigh_neighbours(np.asarray(places, np.float64).tobytes())
     weight = weight.astype(values.dtype).reshape(*weight.shape, *[1] * (values.ndim - 2))
     some = values[frames]
     while True:
@@ -147,7 +147,7 @@ def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> ND
 
 
 @lru_cache(maxsize=8)
-def _neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _weigh_neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Return which markers are next to each, (marker, rank), and weights; 0 for those too far."""
     from scipy.spatial import cKDTree
 

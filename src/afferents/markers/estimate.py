@@ -183,7 +183,7 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
 
 
 def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
-    """Say whether most markers' middles are another grey in the image than without highlights."""
+    """Return whether most markers' middles have another grey than without highlights."""
     plain = without_shine(image, discs)
     skin, marker = np.empty((2, len(found)))
     kernel.levels(plain, found, np.full(len(found), round(discs.radius_px + 1)), skin, marker)

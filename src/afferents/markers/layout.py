@@ -142,14 +142,14 @@ def match_layout(
     """
     gate = GATE_SHARE * spacing_px(template)
     tree, most_off = cKDTree(found), _ANOTHER
-    placed = _placed(template, found, tree, gate, [(0.0, 0.0)])
+    placed = _place(template, found, tree, gate, [(0.0, 0.0)])
     if _fit(placed, tree, gate) < _GOOD:  # false blobs on one side shift the middle
         aside = np.arange(-_ASIDE, _ASIDE + 0.1, 0.5) * spacing_px(template)
-        wider = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
+        wider = _place(template, found, tree, gate, [(x, y) for x in aside for y in aside])
         placed = max(placed, wider, key=lambda place: _fit(place, tree, gate))
         if _fit(placed, tree, gate) < _GOOD:
             placed, most_off = follow_shear(placed, found, gate), _ANOTHER_FOLLOWED
-    own, blob = _assigned(placed, found, gate)
+    own, blob = _assign(placed, found, gate)
     off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
     if needed and len(own) >= needed * len(template) and np.median(off) > most_off:
         do = (
@@ -166,7 +166,7 @@ def match_layout(
     if faint is not None and len(faint):
         lost = np.flatnonzero(~present)
         free = faint[cKDTree(placed[present]).query(faint)[0] > gate] if present.any() else faint
-        at, its = _assigned(placed[lost], free, gate / 2)
+        at, its = _assign(placed[lost], free, gate / 2)
         placed[lost[at]], present[lost[at]] = free[its], True
     if present.mean() < needed:
         raise InputError(
@@ -178,7 +178,7 @@ def match_layout(
     return placed, present
 
 
-def _assigned(
+def _assign(
     placed: Positions, found: Positions, gate: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which places have a blob of their own within the gate, and which blob."""
@@ -201,7 +201,7 @@ def _fit_closely(
     return placed
 
 
-def _placed(
+def _place(
     template: Positions,
     found: Positions,
     tree: cKDTree,

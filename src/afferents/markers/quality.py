@@ -78,7 +78,7 @@ def measure_end(tracks: xr.Dataset) -> AtEnd:
     return AtEnd(n_back, len(each) - n_back, len(rest) - len(each), float(np.median(each)))
 
 
-def lasting_jumps(tracks: xr.Dataset) -> list[float]:
+def find_lasting_jumps(tracks: xr.Dataset) -> list[float]:
     """Return when all markers jumped together and did not come back, s.
 
     A skin that is shaken jumps to and fro; one that was knocked, or let go, stays where it is.
@@ -102,20 +102,18 @@ def lasting_jumps(tracks: xr.Dataset) -> list[float]:
     for jump_s in jumps:
         before = common[(time_s >= before_s) & (time_s < jump_s)]
         after = common[time_s >= jump_s]
-        if len(before) and _stays_away(before, after):
+        if len(before) == 0:
+            continue
+        # They must stay farther from where they were than they had strayed before.
+        middle = np.nanmedian(before, axis=0)
+        strayed = np.nanmax(np.hypot(*(before - middle).T))
+        away = np.hypot(*(after - middle).T)
+        away = away[~np.isnan(away)]
+        landed = np.nanmedian(after, axis=0) - middle
+        if len(away) and np.mean(away > strayed) > STAYS and np.hypot(*landed) > strayed:
             lasting.append(jump_s)
             before_s = jump_s
     return lasting
-
-
-def _stays_away(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:
-    """Say whether the markers stay farther from where they were than they had strayed before."""
-    middle = np.nanmedian(before, axis=0)
-    strayed = np.nanmax(np.hypot(*(before - middle).T))
-    away = np.hypot(*(after - middle).T)
-    away = away[~np.isnan(away)]
-    landed = np.nanmedian(after, axis=0) - middle
-    return bool(len(away) and np.mean(away > strayed) > STAYS and np.hypot(*landed) > strayed)
 
 
 @dataclass(frozen=True)
@@ -216,7 +214,7 @@ def find_track_issues(
     """
     attributes = tracks.attrs
     found = find_hidden_markers(tracks, where, steady_s)
-    if times := lasting_jumps(tracks):
+    if times := find_lasting_jumps(tracks):
         when = f"all markers moved together at {', '.join(f'{t:.2f}' for t in times[:3])} s"
         expected = "a camera and a fingertip that stay where they are mounted"
         cause = "SA-I after it counts from the old rest position"
@@ -240,7 +238,7 @@ def find_track_issues(
 def find_hidden_markers(
     tracks: xr.Dataset, where: object, steady_s: tuple[float, float] | None
 ) -> list[QualityIssue]:
-    """Say whether the markers are out of sight while the drum slides.
+    """Find whether the markers are out of sight while the drum slides.
 
     Parameters
     ----------

@@ -126,14 +126,14 @@ class DiscDetector(BaseModel):
         return self.model_copy(update=looser)
 
 
-def _kind(detector: object) -> str:
+def _name_kind(detector: object) -> str:
     is_disc = "radius_px" in detector if isinstance(detector, dict) else None
     return "disc" if is_disc or isinstance(detector, DiscDetector) else "blob"
 
 
 Detector = Annotated[
     Annotated[BlobDetector, Tag("blob")] | Annotated[DiscDetector, Tag("disc")],
-    Discriminator(_kind),
+    Discriminator(_name_kind),
 ]
 """The one with a `radius_px` is a `DiscDetector`."""
 
@@ -188,7 +188,7 @@ class Picture(BaseModel):
     turn: Literal[0, 90, 180, 270] = 0
 
     def shows(self, position: NDArray[np.floating]) -> NDArray[np.bool_]:
-        """Say which positions, shape (n, 2), px, lie where markers are looked for; shape (n,)."""
+        """Return which positions, (n, 2), px, lie where markers are looked for; shape (n,)."""
         shown = np.ones(len(position), dtype=bool)
         for key, (x, y, radius) in self.masks:
             inside = np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius

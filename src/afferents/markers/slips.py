@@ -80,7 +80,7 @@ class SlipCheck:
         return bool(kernel.any_torn(position, self._rest, self._to, self._limit))
 
     def torn_off(self, position: Positions) -> NDArray[np.bool_]:
-        """Say which markers are torn from half or more of their neighbours, (n,): not theirs."""
+        """Return which markers are torn from half or more of their neighbours, (n,): not theirs."""
         if self._to.shape[1] < 2:
             return np.zeros(len(position), dtype=bool)
         n_seen = (~np.isnan(position[self._to, 0])).sum(axis=1)
@@ -152,7 +152,7 @@ class SlipCheck:
         return float((~np.isnan(position[:, 0])).sum() - self._torn(position).any(axis=1).sum())
 
     def _torn(self, position: Positions) -> NDArray[np.bool_]:
-        """Say which neighbours are torn apart, shape (n, k); lost ones are not."""
+        """Return which neighbours are torn apart, shape (n, k); lost ones are not."""
         moved = position - self._rest
         apart = moved[self._to] - moved[:, None]
         torn: NDArray[np.bool_] = (apart**2).sum(axis=2) > self._limit

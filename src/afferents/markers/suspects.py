@@ -60,7 +60,7 @@ class MovedFrames:
 
 
 def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[np.bool_]:
-    """Say which markers stay where they are while all round them move: spots of light.
+    """Return which markers stay where they are while all round them move: spots of light.
 
     A marker that its neighbours leave behind is lost to the tracker, and so is one that a
     reflection hides; the spot alone is still there to be seen at its place.
@@ -102,7 +102,7 @@ def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[n
 
 
 def beyond_layout(position: Positions) -> NDArray[np.bool_]:
-    """Say which of what was found lies beyond the layout, apart from it: specks at the rim.
+    """Return which of what was found lies beyond the layout, apart from it: specks at the rim.
 
     The layout is the largest group in which each has another within `LINK` spacings. What is of
     another group belongs to it if it lies inside its outline or near to it, as behind a reflection.
@@ -186,7 +186,7 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
     if len(position) <= rows * columns:
         return position
     row, column = find_places(position)
-    kept = np.flatnonzero(_fullest(row, rows) & _fullest(column, columns))
+    kept = np.flatnonzero(_select_fullest(row, rows) & _select_fullest(column, columns))
     meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
     off = meet(np.stack([column[kept], row[kept]], axis=1)) - position[kept]
     gate = GATE_SHARE * spacing_px(position)
@@ -201,8 +201,8 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
     return np.asarray(position[np.unique(nearest[np.isfinite(away)])])
 
 
-def _fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
-    """Say which blobs lie in the n neighbouring rows (or columns) that hold most."""
+def _select_fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
+    """Return which blobs lie in the n neighbouring rows (or columns) that hold most."""
     if place.max() < n:
         return np.ones(len(place), dtype=bool)
     first = int(np.convolve(np.bincount(place), np.ones(n, dtype=int), "valid").argmax())

@@ -138,7 +138,10 @@ class Windowed:
         rest_image = without_shine(rest_image, sensor.looks)
         self._sign = 1.0 if sensor.looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
-        radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
+        _, area = find_markers(as_grey(rest_image, levels), sensor)
+        if len(area) == 0:
+            raise InputError(f"the rest frame: expected {len(rest_position)} markers, found none")
+        radius = float(np.sqrt(np.median(area) / np.pi))
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
         self._farthest, self._nearest = WINDOW * distance, SAME_BLOB * distance
         self._reach = SEARCH * float(np.median(np.minimum(distance, _FAR_RADII * radius)))
@@ -411,17 +414,3 @@ def nearest_markers(position: Positions) -> tuple[NDArray[np.float64], NDArray[n
     k = min(N_NEIGHBOURS + 1, len(position))
     distance, index = cKDTree(position).query(position, k=k)
     return distance[:, 1], np.ascontiguousarray(index[:, 1:], dtype=np.int64)
-
-
-def _radius(image: GreyImage, position: Positions, sensor: Sensor) -> float:
-    """Return the median radius of the blobs, px.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
-    _, area = find_markers(image, sensor)
-    if len(area) == 0:
-        raise InputError(f"the rest frame: expected {len(position)} markers, found none")
-    return float(np.sqrt(np.median(area) / np.pi))

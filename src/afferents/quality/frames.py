@@ -178,16 +178,16 @@ class FrameFigures:
         if len(time_s) == 0:
             return []
         part = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s)
-        frozen = self._frozen(where, part)
+        frozen = self._find_frozen(where, part)
         found = (
-            self._dark(where, part),
+            self._find_dark(where, part),
             frozen,
-            self._repeated(where, part),
-            None if frozen else self._stalled(where, part),
+            self._find_repeated(where, part),
+            None if frozen else self._find_stalled(where, part),
         )
         return [issue for issue in found if issue is not None]
 
-    def _stalled(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+    def _find_stalled(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         stalls = self.stalls.within(part)
         if not stalls.spans:
             return None
@@ -196,7 +196,7 @@ class FrameFigures:
             "stalled", where, "a picture of its own in each frame", f"the same one {stalls}", cause
         )
 
-    def _dark(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+    def _find_dark(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         time_s, grey = self.time_s, self.grey
         light = float(np.median(grey[:_FIRST_FRAMES]))
         span = lasting(grey < DARK_SHARE * light, time_s, part, DARK_S)
@@ -208,7 +208,7 @@ class FrameFigures:
             "dark", where, expected, f"a dark one ({least:.0f}) {span_text(span, time_s)}"
         )
 
-    def _frozen(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+    def _find_frozen(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         time_s, slow = self.time_s, self.slow_change
         if len(time_s) <= 1:
             return None
@@ -228,7 +228,7 @@ class FrameFigures:
         found = f"the same one {span_text((began, span[1]), time_s)}"
         return QualityIssue("frozen", where, expected, found)
 
-    def _repeated(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+    def _find_repeated(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         time_s, changes = self.time_s, self.changes
         within = np.flatnonzero((time_s >= part[0]) & (time_s <= part[1]))
         within = within[~self.stalls.cover(time_s)[within]]  # key frames of a still picture beat

@@ -58,16 +58,21 @@ def describe_repeats(changes: Numbers) -> str:
     changes = changes[~np.isnan(changes).any(axis=1)]
     if len(changes) < FEWEST:
         return ""
-    beats = [_beat(changes[:, 0], changes[:, period - 1], period) for period in PERIODS]
+    beats = [_measure_beat(changes[:, 0], changes[:, period - 1], period) for period in PERIODS]
     if any(passes for _, passes in beats):
         explained = [share for share, _ in beats]  # every second one beats at 4 and 6 frames too
         times = next(p for p, e in zip(PERIODS, explained, strict=True) if e > 0.9 * max(explained))
         return f"each about {times} times"
-    share = _share_again(changes[:, 0])
+    change = changes[:, 0]
+    around = _measure_around(change, AGAIN_WITHIN)
+    moves = around > MOVES_GREY
+    share = 0.0
+    if moves.mean() >= ENOUGH_MOVES:
+        share = float((change < AGAIN * around)[moves].mean())
     return f"{share:.0%} of them twice or more often" if share > MANY_AGAIN else ""
 
 
-def _beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bool]:
+def _measure_beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bool]:
     """Return the share of variance that a beat explains, and whether it is that of repeats."""
     mean = np.ones(period) / period
     log = np.log(change + _FAINT)
@@ -85,16 +90,7 @@ def _beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bo
     return explained, bool(explained >= BEAT and unequal and adds_up)
 
 
-def _share_again(change: Numbers) -> float:
-    """Return the share of frames that repeat the one before, where something moves."""
-    around = _around(change, AGAIN_WITHIN)
-    moves = around > MOVES_GREY
-    if moves.mean() < ENOUGH_MOVES:
-        return 0.0
-    return float((change < AGAIN * around)[moves].mean())
-
-
-def _around(change: Numbers, within: int) -> Numbers:
+def _measure_around(change: Numbers, within: int) -> Numbers:
     """Return what frames changed at most shortly before and shortly after each, the less of both.
 
     Parameters
@@ -119,7 +115,7 @@ def find_repeated(change: NDArray[np.float64]) -> NDArray[np.bool_]:
         Of each frame from the one before, shape (n_frames,); the first is NaN.
     """
     filled = np.nan_to_num(change)
-    moved = _around(filled, 2)
+    moved = _measure_around(filled, 2)
     most = np.quantile(filled, 0.95) if len(filled) else 0.0
     return (filled < REPEATED_SHARE * moved) & (moved > MOVING * most) & ~np.isnan(change)
 

@@ -139,11 +139,11 @@ def measure_clipping(samples: Samples) -> float:
         return 0.0
     finest = float(steps[steps > 0].min())
     ends = samples.min(), samples.max()
-    n_clipped = sum(_clipped(samples == end, steps, finest) for end in ends)
+    n_clipped = sum(_count_clipped(samples == end, steps, finest) for end in ends)
     return n_clipped / len(samples)
 
 
-def _clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
+def _count_clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
     """Count the samples in runs at an extreme that are reached or left by a large step."""
     edges = np.diff(np.r_[False, at_end, False].astype(np.int8))
     first, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)

@@ -53,7 +53,7 @@ def make_rig(sensor: Sensor) -> Rig:
     try:
         return Rig(
             skin=Skin(pins_mm=tuple((round(float(x), 4), round(float(y), 4)) for x, y in pins)),
-            camera=_camera(sensor, px_per_mm, size),
+            camera=_make_camera(sensor, px_per_mm, size),
         )
     except ValidationError as error:
         found = reason_in(error.errors()[0])
@@ -80,7 +80,7 @@ def _require_pitch(sensor: Sensor) -> float:
     return sensor.pitch_mm
 
 
-def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
+def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
     """Return a camera to whose pictures the sensor file's detector applies."""
     detector, usual = sensor.looks, RigCamera()
     if isinstance(detector, BlobDetector):

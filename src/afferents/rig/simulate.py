@@ -76,19 +76,25 @@ def simulate_session(
     with writing_alone(simulation.session, "simulate"):
         _claim(simulation)
         remove_partials(simulation.session)
-        missing = [run for run in simulation.names if not _is_recorded(simulation, run)]
+        needed = (VIDEO, AUDIO, TRUTH, *((DRIVE,) if simulation.sweep is None else ARM_LOGS))
+        missing = []  # runs that lack a file, or were never recorded
+        for run in simulation.names:
+            names = (*needed, REFERENCE) if run == simulation.names[0] else needed
+            files = [simulation.session / run_name(run) / name for name in names]
+            if not all(path.is_file() and path.stat().st_size for path in files):
+                missing.append(run)
         if cluster is None:
             jobs = ((simulation, run) for run in missing)
-            names: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
+            recorded: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
         else:
             session = simulation.session.resolve()
             sent = simulation.model_copy(update={"session": session}).model_dump_json()
             orders = ((sent, run) for run in missing)
-            names = on_cluster(_record_far, orders, cluster, session, SAME + OF_RECORDINGS)
+            recorded = on_cluster(_record_far, orders, cluster, session, SAME + OF_RECORDINGS)
         n = len(simulation.names)
         with progress.task("simulating", n) as mark:
             mark(n - len(missing))
-            for done, name in enumerate(names, start=n - len(missing) + 1):
+            for done, name in enumerate(recorded, start=n - len(missing) + 1):
                 mark(done, name)
         session_file = simulation.session / SESSION_FILE
         if missing or _CHECKSUMS not in read_json(session_file, _A_SESSION):
@@ -107,14 +113,6 @@ def _record_far(simulation_json: str, run: Run) -> str:
 
 
 _read_simulation = lru_cache(maxsize=1)(Simulation.model_validate_json)
-
-
-def _is_recorded(simulation: Simulation, run: Run) -> bool:
-    """Return whether a run is there with all its files; one that lost some is recorded again."""
-    logs = (DRIVE,) if simulation.sweep is None else ARM_LOGS
-    names = (VIDEO, AUDIO, TRUTH, *logs, *((REFERENCE,) if run == simulation.names[0] else ()))
-    files = (simulation.session / run_name(run) / name for name in names)
-    return all(path.is_file() and path.stat().st_size for path in files)
 
 
 def _claim(simulation: Simulation) -> None:
