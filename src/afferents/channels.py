@@ -13,6 +13,14 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.plugins import imported, reference_of
 
+Floats = NDArray[np.float64]
+
+PARTS = ("shift_x", "shift_y", "divergence", "curl", "stretch", "shear")
+"""The mean displacement, and what the four gradients of the plane say: growth, turning, stretch
+along x, and stretch along the diagonal."""
+_LEAST_SPREAD = 1e-3
+"""Of the places of markers that are seen, squared and relative to all: fewer lie on a line."""
+
 
 def change(response: xr.DataArray) -> xr.DataArray:
     """Return how much a response `(time, ...)` changes from frame to frame, NaN in the first."""
@@ -23,9 +31,6 @@ NO_DISPLACEMENT = (
     "the channel: expected markers, which have a displacement, found cells, which have none; take "
     "sa1 or ra1"
 )
-
-
-# What a channel is: an afferent response worked out of a recording, or of frames as they come.
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,9 +232,6 @@ class MotionChannel(Channel):
         return xr.DataArray(values, like.coords, like.dims, self.name, {dims.UNITS: self.unit})
 
 
-# SA-I: how far each marker stands from its place at rest (Eq. 1).
-
-
 class Sa1(Channel):
     """SA-I: how far each marker stands from its place at rest, px; of cells grey levels."""
 
@@ -266,7 +268,17 @@ def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
     """
     position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
     rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
-    _require_same_markers(position, rest)
+    n, n_rest = position.sizes[dims.MARKER], rest.sizes[dims.MARKER]
+    if n != n_rest:
+        raise InputError(
+            f"{dims.REST_POSITION}: expected {n} markers as in {dims.POSITION}, found {n_rest}"
+        )
+    for dim in (dims.MARKER, dims.SPACE):
+        here, there = position.indexes.get(dim), rest.indexes.get(dim)
+        if here is not None and there is not None and not here.equals(there):
+            raise InputError(
+                f"{dims.REST_POSITION}: expected the {dim} labels of {dims.POSITION}, found others"
+            )
     squared = (position - rest) ** 2
     distance: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5
     return distance.rename(dims.SA1).assign_attrs(
@@ -274,57 +286,24 @@ def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
     )
 
 
-def sa1_of(tracks: xr.Dataset) -> xr.DataArray:
+def compute_sa1(tracks: xr.Dataset) -> xr.DataArray:
     """Return SA-I `(time, marker)` of tracks, px; of cells, which don't move, in grey levels."""
     if dims.of_cells(tracks):
         return tracks[dims.SA1]
     return sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
 
 
-def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
-    n, n_rest = position.sizes[dims.MARKER], rest.sizes[dims.MARKER]
-    if n != n_rest:
-        raise InputError(
-            f"{dims.REST_POSITION}: expected {n} markers as in {dims.POSITION}, found {n_rest}"
-        )
-    for dim in (dims.MARKER, dims.SPACE):
-        if dim in position.indexes and dim in rest.indexes:
-            same = position.indexes[dim].equals(rest.indexes[dim])
-            if not same:
-                raise InputError(
-                    f"{dims.REST_POSITION}: expected the {dim} labels of {dims.POSITION}, found "
-                    "others"
-                )
-
-
-# SA-I with its direction: the displacement of each marker, whose length the paper takes.
-#
-# Natural afferents of this kind prefer directions (Birznieks et al., J. Neurosci. 2001, 21:8222).
-
-
 class Sa1Vector(MotionChannel):
-    """The displacement of each marker from rest, px."""
+    """The displacement of each marker from rest, px, whose length the paper takes.
+
+    Natural afferents of this kind prefer directions (Birznieks et al., J. Neurosci. 2001, 21:8222).
+    """
 
     name, title = dims.SA1_VECTOR, "SA-I vector"
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return the displacement, (..., marker, space), px."""
         return now.displacement
-
-
-# Global shear: how the skin as a whole is dragged, stretched and turned by what it touches.
-#
-# A plane is fitted to the displacement of the markers over their places at rest, by least squares:
-# u(r) = t + G (r - c), with c the middle of all markers. The paper takes this shear for a cue of
-# friction, and for what carries texture in its images (Pestell & Lepora 2022, Discussion).
-
-Floats = NDArray[np.float64]
-
-PARTS = ("shift_x", "shift_y", "divergence", "curl", "stretch", "shear")
-"""The mean displacement, and what the four gradients of the plane say: growth, turning, stretch
-along x, and stretch along the diagonal."""
-_LEAST_SPREAD = 1e-3
-"""Of the places of markers that are seen, squared and relative to all: fewer lie on a line."""
 
 
 class Plane(NamedTuple):
@@ -349,7 +328,11 @@ class Plane(NamedTuple):
 
 
 class Shear(MotionChannel):
-    """The global shear: six numbers a frame, px.
+    """The global shear: how the skin as a whole is dragged, stretched and turned; six numbers, px.
+
+    A plane is fitted to the displacement of the markers over their places at rest, by least
+    squares: u(r) = t + G (r - c), with c the middle of all markers. The paper sees in this shear a
+    cue of friction, and what carries texture in its images (Pestell & Lepora 2022, Discussion).
 
     Its parts are `shift_x` and `shift_y`, the displacement in the middle of the markers (the mean
     displacement where none is lost); then, of the gradients of u = (u, v) along x and y,
@@ -366,22 +349,22 @@ class Shear(MotionChannel):
 
     def response(self, recording: xr.Dataset) -> xr.DataArray:
         """Return the global shear `(time, shear)`, px."""
-        radius_px = _about_middle(recording[dims.REST_POSITION].values.astype(np.float64))[1]
+        radius_px = _centre(recording[dims.REST_POSITION].values.astype(np.float64))[1]
         return super().response(recording).assign_attrs(radius_px=radius_px)
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return the global shear, (..., 6), px."""
-        found = shear_of(fitted_plane(now.displacement, now.rest))
+        found = compute_shear(fit_plane(now.displacement, now.rest))
         return found.reshape(*now.position.shape[:-2], len(PARTS))
 
 
-def _about_middle(rest: NDArray[np.floating]) -> tuple[NDArray[np.floating], float]:
+def _centre(rest: NDArray[np.floating]) -> tuple[NDArray[np.floating], float]:
     """Return where markers (marker, space) lie about their middle, px, and how far, in the RMS."""
     about = rest - np.nanmean(rest, axis=0)
     return about, float(np.sqrt(np.nanmean((about**2).sum(axis=1))))
 
 
-def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Plane:
+def fit_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Plane:
     """Fit a plane to the displacement of the markers that are seen, frame by frame.
 
     Parameters
@@ -390,7 +373,7 @@ def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Pla
         (frame, marker, space), or (marker, space) of a single frame, and (marker, space), px.
     """
     moved = moved.reshape(-1, *rest.shape)
-    about, radius_px = _about_middle(rest)
+    about, radius_px = _centre(rest)
     basis = np.column_stack([np.ones(len(rest)), about / radius_px])
     seen = np.isfinite(moved).all(axis=2) & np.isfinite(basis).all(axis=1)
     known = np.where(seen[..., np.newaxis], moved, 0).astype(np.float64)
@@ -404,14 +387,11 @@ def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Pla
     return Plane(solved[:, 0], solved[:, 1:] / radius_px, radius_px, basis @ solved)
 
 
-def shear_of(plane: Plane) -> Floats:
+def compute_shear(plane: Plane) -> Floats:
     """Return the six parts of a fitted plane, (frame, 6), px; see `Shear`."""
     (du_dx, dv_dx), (du_dy, dv_dy) = np.moveaxis(plane.gradient, 0, 2)
     strain = [du_dx + dv_dy, dv_dx - du_dy, du_dx - dv_dy, du_dy + dv_dx]
     return np.column_stack([plane.shift, plane.radius_px / 2 * np.stack(strain, axis=1)])
-
-
-# SA-I without the global shear: what each marker moves beside the skin as a whole.
 
 
 class Sa1Local(MotionChannel):
@@ -422,20 +402,16 @@ class Sa1Local(MotionChannel):
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return what is left of the displacement, (..., marker, space), px."""
         moved = now.displacement
-        plane = fitted_plane(moved, now.rest).field.reshape(moved.shape)
+        plane = fit_plane(moved, now.rest).field.reshape(moved.shape)
         return np.asarray(moved - plane.astype(moved.dtype))
 
 
-# RA-I: how much the SA-I response changes from frame to frame (Eq. 2); and marker speed.
-#
-# RA-I as the paper defines it is blind to a marker that circles its place at rest, and counts px
-# a frame, not a second. The speed of the marker itself is `marker_speed`, another function.
-
-MARKER_SPEED = "marker_speed"
-
-
 class Ra1(Channel):
-    """RA-I: how much SA-I changes from frame to frame, px/frame."""
+    """RA-I: how much SA-I changes from frame to frame, px/frame (Eq. 2).
+
+    As the paper defines it, it is blind to a marker that circles its place at rest, and counts px a
+    frame, not a second. The speed of the marker itself is `marker_speed`.
+    """
 
     name, title, made_of, lookback = dims.RA1, "RA-I", dims.SA1, 1
 
@@ -497,15 +473,15 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
         If a dim or the coordinate `time` is missing, or if times do not rise.
     """
     position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    step_s = _steps(position)
+    step_s = _measure_steps(position)
     squared = change(position) ** 2
     speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
-    return speed.rename(MARKER_SPEED).assign_attrs(
+    return speed.rename("marker_speed").assign_attrs(
         {dims.UNITS: dims.PIXELS_PER_SECOND, "long_name": "speed of the marker in the image"}
     )
 
 
-def _steps(position: xr.DataArray) -> xr.DataArray:
+def _measure_steps(position: xr.DataArray) -> xr.DataArray:
     """Return the time since the frame before, `(time)`, s, NaN for the first."""
     if dims.TIME not in position.coords:
         raise InputError(f"{dims.POSITION}: expected the coordinate '{dims.TIME}' in s, found none")
@@ -521,9 +497,6 @@ def _steps(position: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(steps.astype(position.dtype), dims=dims.TIME)
 
 
-# RA-I with its direction: the step of each marker from frame to frame.
-
-
 class Ra1Vector(MotionChannel):
     """The step of each marker since the frame before, px/frame."""
 
@@ -532,9 +505,6 @@ class Ra1Vector(MotionChannel):
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return the steps, (..., marker, space), px/frame."""
         return None if before is None else now.displacement - before.displacement
-
-
-# RA-II: the vibration itself, as the microphone or the taxels sense it (section 2.3.3).
 
 
 class Ra2(Channel):
@@ -573,8 +543,6 @@ def ra2(audio: xr.DataArray) -> xr.DataArray:
     return vibration.astype(np.float32, copy=False).rename(dims.RA2)
 
 
-# The channels by name.
-
 CHANNELS: dict[str, Channel] = {
     channel.name: channel
     for channel in (
@@ -584,8 +552,8 @@ CHANNELS: dict[str, Channel] = {
 """The paper's three, then ours."""
 
 
-def channel_of(wanted: str | Channel | type[Channel]) -> Channel:
-    """Return the channel of that name (or ``module:NAME`` of one's own), or the channel itself.
+def find_channel(wanted: str | Channel | type[Channel]) -> Channel:
+    """Return the channel of that name (or ``module:NAME`` of your own), or the channel itself.
 
     Raises
     ------
@@ -606,12 +574,12 @@ def channel_of(wanted: str | Channel | type[Channel]) -> Channel:
 
 
 def name_of_channel(channel: Channel) -> str:
-    """Return the name by which `channel_of` finds a channel: its own, or ``module:NAME``.
+    """Return the name by which `find_channel` finds a channel: its own, or ``module:NAME``.
 
     Raises
     ------
     InputError
-        If it is somebody's own and can't be imported, or needs to be told something.
+        If it is not the package's and can't be imported, or needs to be told something.
     """
     if CHANNELS.get(channel.name) == channel:
         return channel.name

@@ -16,7 +16,7 @@ from afferents.progress import Progress
 from afferents.rig.config import Rig
 from afferents.rig.record import AUDIO, VIDEO
 from afferents.rig.simulate import simulate_session
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 from afferents.store.responses import Responses
 from afferents.store.zarr_store import open_responses
 from afferents.version import __version__
@@ -138,7 +138,7 @@ def _make(kept: Path, quiet: bool) -> None:
     ours = holds_only(_SESSION, _STORE, _ABOUT)
     with write_aside(kept, replaces=ours) as partial, Progress(quiet) as progress:
         session, store = partial / _SESSION, partial / _STORE
-        wanted = simulation_of(session, "quick", [SPACING_MM], [SPEED_MM_S], SECONDS)
+        wanted = make_simulation(session, "quick", [SPACING_MM], [SPEED_MM_S], SECONDS)
         simulate_session(wanted, 1, progress)
         extract_session(
             Extraction(session=session, out=store, sensor=load_sensor("tip_b"), workers=1),

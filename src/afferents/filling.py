@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from afferents import dims
 
 _NEIGHBOURS, _REACH = 8, 1.6
-"""A marker has at most so many neighbours, up to so many times as far as its third nearest."""
+"""A marker has at most this many neighbours, up to this many times as far as its third nearest."""
 
 
 def fill(response: xr.DataArray) -> xr.DataArray:
@@ -127,15 +127,15 @@ def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> ND
     (frames,) = np.nonzero(lost.any(axis=tuple(range(1, values.ndim))))
     if not len(frames):
         return values
-    neighbour, weight = _neighbours(np.asarray(places, np.float64).tobytes())
+    neighbour, weight = _weigh_neighbours(np.asarray(places, np.float64).tobytes())
     weight = weight.astype(values.dtype).reshape(*weight.shape, *[1] * (values.ndim - 2))
     some = values[frames]
     while True:
         total, seen = np.zeros_like(some), np.zeros_like(some)
         for rank in range(neighbour.shape[1]):
-            beside, by = some[:, neighbour[:, rank]], weight[:, rank]
-            there = ~np.isnan(beside)
-            total += np.where(there, beside * by, 0)
+            near, by = some[:, neighbour[:, rank]], weight[:, rank]
+            there = ~np.isnan(near)
+            total += np.where(there, near * by, 0)
             seen += there * by
         found = np.isnan(some) & (seen > 0)
         if not found.any():
@@ -147,8 +147,8 @@ def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> ND
 
 
 @lru_cache(maxsize=8)
-def _neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return which markers are beside each, (marker, rank), and weights; 0 for those too far."""
+def _weigh_neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return which markers are next to each, (marker, rank), and weights; 0 for those too far."""
     from scipy.spatial import cKDTree
 
     points = np.frombuffer(places).reshape(-1, 2)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import afferents
 from afferents.errors import InputError
 from afferents.extraction.clocks import describe, measure_clocks, measure_lag, set_clocks
-from afferents.markers.sensor import sensors_of
+from afferents.markers.session_sensors import find_sensors
 from afferents.rig import Rig
 from afferents.store.logged import Lag
 
@@ -45,7 +45,7 @@ def write_logs(root, offset_s, drift):
 def test_clocks_are_set_by_the_press_within_a_frame_or_what_is_said(runs, offset_ms):
     write_logs(runs, offset_ms / 1000, DRIFT)
     session = afferents.read_session(runs)
-    lags = measure_clocks(session, sensors_of(session, None))
+    lags = measure_clocks(session, find_sensors(session, None))
     assert all(lag.error_s < 0.015 for lag in lags.values())
     (run,) = set_clocks(session, lags).recordings
     for log in run.beside:

@@ -35,7 +35,7 @@ def write_film(
     return path
 
 
-def images_of(path):
+def make_images(path):
     """Return the grey images of a film."""
     with av.open(str(path)) as container:
         return [frame.to_ndarray(format="gray") for frame in container.decode(video=0)]

@@ -11,7 +11,7 @@ from joblib.externals.loky import get_reusable_executor
 from matplotlib import pyplot
 
 import afferents
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 
 pytestmark = pytest.mark.system
 
@@ -91,7 +91,7 @@ def test_the_page_on_python_runs_from_top_to_bottom(
     asked = []
 
     def simulate(folder, **options):
-        asked.append(simulation_of(Path(folder), "quick", **options))
+        asked.append(make_simulation(Path(folder), "quick", **options))
         shutil.copytree(session, folder)
 
     monkeypatch.setattr(afferents, "simulate", simulate)

@@ -12,7 +12,7 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding, Floats
 from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
-from afferents.markers.places import images_of
+from afferents.markers.places import make_images
 from afferents.store.responses import Responses, steady_s
 from afferents.store.trimming import cut_frames
 
@@ -254,7 +254,7 @@ def tactile_images(response: xr.DataArray) -> Floats:
         )
     _require_filled(response)
     values = response.transpose(dims.TIME, dims.MARKER).values
-    return images_of(values, response[dims.ROW].values, response[dims.COLUMN].values)
+    return make_images(values, response[dims.ROW].values, response[dims.COLUMN].values)
 
 
 def component_images(response: xr.DataArray) -> Floats:

@@ -12,7 +12,7 @@ import xarray as xr
 from pydantic import ConfigDict, Field, SkipValidation
 
 from afferents import dims
-from afferents.channels import Channel, channel_of
+from afferents.channels import Channel, find_channel
 from afferents.choices import Cut
 from afferents.encodings.base import Encoding, SignalInfo
 from afferents.encodings.samples import Samples, concatenate
@@ -411,7 +411,8 @@ def list_parts(model: Model) -> list[Model]:
 def find_sources(model: Model, encodings: Encodings) -> tuple[Source, ...]:
     """Return what a model's samples are made of; a fusion has several kinds."""
     return tuple(
-        Source(channel_of(part.channel), encodings.of(part.encoding)) for part in list_parts(model)
+        Source(find_channel(part.channel), encodings.of(part.encoding))
+        for part in list_parts(model)
     )
 
 

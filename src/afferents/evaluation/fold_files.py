@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from afferents import dims, files
-from afferents.channels import CHANNELS, channel_of
+from afferents.channels import CHANNELS, find_channel
 from afferents.documents import read_json
 from afferents.encodings.samples import Samples
 from afferents.encodings.settings import ENCODINGS, Encodings
@@ -458,7 +458,7 @@ def _describe_model(model: Model, encodings: Encodings) -> dict[str, Any]:
             return ""
 
     encoding, classifier = encodings.of(model.encoding), model.classifier
-    channel = channel_of(model.channel)
+    channel = find_channel(model.channel)
     own: dict[str, type] = {}
     if CHANNELS.get(channel.name) != channel:
         own[repr(channel)] = type(channel)

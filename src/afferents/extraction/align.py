@@ -27,7 +27,7 @@ from scipy.signal import butter, resample, sosfiltfilt
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.markers.sensor import Sensor, sensor_in
+from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.audio import WavFile
@@ -197,7 +197,7 @@ def align(
     InputError
         If a recording lacks video or audio, or shows no touch whose sound is that of the skin.
     """
-    given = sensor_in(sensor)
+    given = resolve_sensor(sensor)
     if given.layout == dims.CELLS:
         raise InputError(
             f"--sensor: expected one with markers, since the sound goes by their way, found "

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import sa1_of
+from afferents.channels import compute_sa1
 from afferents.errors import InputError
-from afferents.markers.sensor import Sensors
+from afferents.markers.session_sensors import Sensors
 from afferents.markers.track import track_markers
 from afferents.recordings.session import Session
 from afferents.store.logged import Lag
@@ -115,7 +115,7 @@ def measure_clocks(session: Session, sensors: Sensors) -> dict[str, Lag]:
     if press is None or press.video is None or not press.beside:
         return {}
     tracks = track_markers(press.video, sensors.of(press))
-    skin = sa1_of(tracks).mean(dims.MARKER).values
+    skin = compute_sa1(tracks).mean(dims.MARKER).values
     time_s, seen = (
         tracks[dims.TIME].values + getattr(press.video, "began_s", 0.0),
         np.isfinite(skin),

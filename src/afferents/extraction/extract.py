@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from afferents import dims
-from afferents.channels import ra1, ra2, sa1_of
+from afferents.channels import compute_sa1, ra1, ra2
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
 from afferents.extraction.clocks import describe, measure_clocks, set_clocks
@@ -22,7 +22,8 @@ from afferents.extraction.issues import find_issues, watched
 from afferents.extraction.options import Extraction, describe_declaration
 from afferents.files import Place, remove, remove_partials
 from afferents.markers.detect import Positions, upright_tracks
-from afferents.markers.sensor import Sensor, Sensors, default_sentences, sensor_in, sensors_of
+from afferents.markers.sensor import Sensor, resolve_sensor
+from afferents.markers.session_sensors import Sensors, default_sentences, find_sensors
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
@@ -75,7 +76,7 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     extraction = extraction.as_found_anywhere()
     given, fps_hz = extraction.session, extraction.fps_hz
     session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
-    sensors = sensors_of(session, extraction.sensor)
+    sensors = find_sensors(session, extraction.sensor)
     for sentence in default_sentences(session, extraction.sensor):
         progress.note(sentence)
     if session.declared.rest is not None:
@@ -251,7 +252,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
     session = set_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
-    sensors = sensors_of(session, extraction.sensor)
+    sensors = find_sensors(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors
 
 
@@ -319,7 +320,7 @@ def responses_of(
 def marker_responses(tracks: xr.Dataset, sensor: Sensor | None = None) -> xr.Dataset:
     """Add SA-I and RA-I to marker tracks, everything in float32, upright and undistorted."""
     tracks = tracks if sensor is None else upright_tracks(tracks, sensor)
-    slow = sa1_of(tracks)
+    slow = compute_sa1(tracks)
     responses = tracks.assign({dims.SA1: slow, dims.RA1: ra1(slow)})
     real = [name for name in responses.data_vars if responses[name].dtype.kind == "f"]
     return responses.assign({name: responses[name].astype("float32") for name in real})
@@ -407,7 +408,7 @@ def extract(
     require_workers(workers)
     wanted = Extraction(
         session=Path(session) if isinstance(session, str | Path) else session, out=Path(out),
-        sensor=None if sensor is None else sensor_in(sensor), method=method,
+        sensor=None if sensor is None else resolve_sensor(sensor), method=method,
         keep_going=keep_going, workers=workers, rest=rest, cluster=cluster,
         accept=parse_kinds(list(accept)), fps_hz=fps_hz,
     )  # fmt: skip

@@ -6,8 +6,8 @@ import xarray as xr
 
 from afferents import dims
 from afferents.markers.quality import find_track_issues
-from afferents.quality.frames import find_time_issues
 from afferents.quality.issues import QualityIssue
+from afferents.quality.repeats import find_time_issues
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import Footage

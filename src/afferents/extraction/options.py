@@ -9,7 +9,8 @@ from pydantic import BaseModel, ConfigDict, InstanceOf
 from afferents.choices import Method, Rest
 from afferents.errors import InputError
 from afferents.files import checksum
-from afferents.markers.sensor import Sensor, Sensors
+from afferents.markers.sensor import Sensor
+from afferents.markers.session_sensors import Sensors
 from afferents.quality.issues import Kind
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import Session

@@ -11,7 +11,7 @@ from afferents.extraction.options import Extraction
 from afferents.files import Place, require_free
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_track_issues
-from afferents.markers.sensor import Sensor, sensor_in
+from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.recordings.media import is_image_folder
@@ -71,7 +71,7 @@ def track_into(
         If the video can't be decoded to its end; the store holds what came before.
     """
     require_workers(workers)
-    given = None if sensor is None else sensor_in(sensor)
+    given = None if sensor is None else resolve_sensor(sensor)
     if source.is_dir() and not is_image_folder(source):
         extraction = Extraction(
             session=source, out=out, sensor=given, method=method, workers=workers,
@@ -146,4 +146,4 @@ def track(
     {'time': 45, 'marker': 361, 'space': 2}
     """
     opened = open_video(video) if isinstance(video, str | Path) else video
-    return tracked(opened, sensor_in(sensor), method)
+    return tracked(opened, resolve_sensor(sensor), method)

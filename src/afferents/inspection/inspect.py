@@ -14,7 +14,7 @@ from afferents.inspection.files import (
 )
 from afferents.inspection.sessions import inspect_recordings
 from afferents.inspection.stores import STEADINESS, inspect_responses
-from afferents.markers.sensor import Sensor, sensor_in
+from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of
@@ -69,7 +69,7 @@ def inspect(
     >>> [picture.name for picture in found.pictures]
     ['vibration.png']
     """
-    given = None if sensor is None else sensor_in(sensor)
+    given = None if sensor is None else resolve_sensor(sensor)
     drawn = None if overlay is None else Path(overlay)
     if out is None:
         out = f"{Path(str(source).rpartition(':')[2].rstrip('/')).stem or 'source'}-inspected"

@@ -14,7 +14,8 @@ from afferents.extraction.extract import adapt_to_still, responses_of
 from afferents.extraction.issues import find_issues, watched
 from afferents.inspection.files import PICTURED_S, Inspection, draw_vibration, draw_video
 from afferents.inspection.init import grid_sentence, list_first
-from afferents.markers.sensor import Sensor, default_sentences, sensors_of
+from afferents.markers.sensor import Sensor
+from afferents.markers.session_sensors import default_sentences, find_sensors
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.parallel import side_by_side_numbered
 from afferents.plugins import in_a_sentence
@@ -92,7 +93,7 @@ def inspect_recordings(
     found.sentences += reference_sentences(session, sensor)
     sensors = None
     if isinstance(session, sessions.Session):
-        sensors = sensors_of(session, sensor)
+        sensors = find_sensors(session, sensor)
         found.sentences += default_sentences(session, sensor)
     jobs = [
         (recording, data_set, sensors.of(recording) if sensors else None)
@@ -220,7 +221,7 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
     if session.reference is None or not isinstance(session, sessions.Session):
         return []
     try:
-        usual = sensors_of(session, sensor).usual
+        usual = find_sensors(session, sensor).usual
         rest_positions(session.reference, adapt_to_still(session.reference, usual))
     except AfferentsError as error:
         return [f"The published tracker can't be led by it: {error}."]

@@ -1,4 +1,4 @@
-"""What the clips of one sensor show of it: each at rest, all together, and followed on."""
+"""A sensor file from clips at rest: what each shows, all together, and followed on."""
 
 import math
 from collections.abc import Sequence
@@ -28,12 +28,14 @@ from afferents.quality.image import ImageQuality, measure_image_quality
 from afferents.store.recording import GreyImage, Video
 
 LEAST_ALIKE, IN_PLACE = 0.6, 0.2
-"""Clips of one sensor show this share of each other's markers, for all their light, each within so
-much of a spacing of its place."""
+"""Clips of one sensor show this share of each other's markers, for all their light, each within
+this share of a spacing of its place."""
 MOST_FOLLOWED, LEAST_AGAIN = 300, 0.25
 """Frames after those at rest in which the markers are looked for again, and the share of them that
 is found in most of these: of noise 0.03 at most, of real clips 0.98, or 0.6 with lamps in the dots.
 """
+MADE_BY = "# Made by afferents calibrate; see the picture beside it."
+"""First line of a sensor file that `calibrate` writes."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def look_at_rest(video: Video, within: Picture = WHOLE) -> Clip:
     Raises
     ------
     InputError
-        If it has no frames, or shows no markers, or a mask lies beside its picture.
+        If it has no frames, or shows no markers, or a mask lies outside its picture.
     """
     if fault := within.misplaced(video.width, video.height):
         raise InputError(f"--{fault}; give x,y,radius, px, in the picture of {video.path}")
@@ -129,25 +131,23 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
         found, template = clip.seen.position, union
         where = clip.video.path
         placed, present = match_layout(found, template, where, clip.seen.faint, needed=0.0)
-        if _alike(placed[present], template[present]) * present.mean() < LEAST_ALIKE:
+        seen, filed = placed[present], template[present]
+        # The share of markers that keep their places among the others in both pictures.
+        off = np.hypot(*(carry_over(seen, seen, filed) - filed).T)
+        alike = float(np.mean(off < IN_PLACE * spacing_px(filed)))
+        if alike * present.mean() < LEAST_ALIKE:
             first = f"the {len(template)} markers of {clips[0].video.path.name}"
             hint = "give the clips of one sensor, in one picture size, at a time"
             raise InputError(
                 f"{where}: expected {first}, found {int(present.sum())} of them{then(hint)}"
             )
         gate = GATE_SHARE * spacing_px(template)
-        new = carry_over(found, placed[present], template[present])
+        new = carry_over(found, seen, filed)
         far = np.hypot(*(new[:, None] - template[None]).transpose(2, 0, 1)).min(axis=1) > gate
         n_seen += present
         union = np.concatenate([template, new[far]])
         n_seen = np.concatenate([n_seen, np.ones(int(far.sum()), dtype=int)])
     return union[2 * n_seen >= len(clips)]
-
-
-def _alike(seen: Positions, filed: Positions) -> float:
-    """Return which share of markers keep their places among the others in both pictures."""
-    off = np.hypot(*(carry_over(seen, seen, filed) - filed).T)
-    return float(np.mean(off < IN_PLACE * spacing_px(filed)))
 
 
 def follow_on(clip: Clip, position: Positions) -> Followed:
@@ -172,12 +172,6 @@ def follow_on(clip: Clip, position: Positions) -> Followed:
             moved.add(frame.image, seen.position, tracker.rest_position)
     still = stay_still(moved, tracker.rest_position, clip.sensor) & present
     return Followed(n_frames, n_found, still)
-
-
-# A sensor file from clips at rest: how its markers look, and what layout they form.
-
-MADE_BY = "# Made by afferents calibrate; see the picture beside it."
-"""First line of a sensor file that `calibrate` writes."""
 
 
 @dataclass(frozen=True)
@@ -242,12 +236,20 @@ def calibrate_from_clips(
     clips = tuple(
         look_at_rest(each, picture) for each in (video if isinstance(video, Sequence) else [video])
     )
-    _of_one_size(clips)
     first = clips[0]
+    height, width = first.image.shape
+    for clip in clips[1:]:  # lengths in px would not hold for another size
+        if clip.image.shape != (height, width):
+            size = f"{clip.image.shape[1]} x {clip.image.shape[0]} px"
+            raise InputError(
+                f"{clip.video.path}: expected {width} x {height} px, as in "
+                f"{first.video.path.name}, found {size}; calibrate each size by itself"
+            )
     position = seen_in_most(clips)
     followed = [follow_on(clip, position) for clip in clips]
     still = np.any([each.still for each in followed], axis=0)
-    again, n_checked = _found_again(followed)
+    n_checked = sum(each.n_frames for each in followed)
+    again = 2 * np.sum([each.n_found for each in followed], axis=0) > n_checked
     if again.sum() < LEAST_AGAIN * len(again) and n_checked:
         raise InputError(
             f"{first.video.path}: expected markers that are there in other frames, too, found "
@@ -272,26 +274,6 @@ def calibrate_from_clips(
     return Calibration(
         sensor, first.image, position, suspects, found, quality, int(again.sum()), n_checked, clips
     )
-
-
-def _of_one_size(clips: Sequence[Clip]) -> None:
-    """Refuse clips of another size than the first: lengths in px would not hold."""
-    for clip in clips[1:]:
-        height, width = clips[0].image.shape
-        if clip.image.shape != (height, width):
-            found = f"{clip.image.shape[1]} x {clip.image.shape[0]} px"
-            expected = f"{width} x {height} px, as in {clips[0].video.path.name}"
-            raise InputError(
-                f"{clip.video.path}: expected {expected}, found {found}; calibrate each size by "
-                "itself"
-            )
-
-
-def _found_again(followed: Sequence[Followed]) -> tuple[np.ndarray, int]:
-    """Return which markers are found in most of the frames that were not used, and these."""
-    n_frames = sum(each.n_frames for each in followed)
-    n_found = np.sum([each.n_found for each in followed], axis=0)
-    return 2 * n_found > n_frames, n_frames
 
 
 def sensor_toml(sensor: Sensor) -> str:

@@ -1,4 +1,7 @@
-"""Where the markers are in one image, as blobs or as discs, without the lens's distortion."""
+"""Where the markers are in one image, by OpenCV's SimpleBlobDetector or as discs.
+
+And where they would be for an upright camera with a lens without distortion.
+"""
 
 from functools import lru_cache
 
@@ -9,115 +12,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents import dims
-from afferents.markers import kernel
+from afferents.markers.discs import Found, find_discs
 from afferents.markers.sensor import (
-    WHOLE,
     BlobDetector,
     Detector,
     DiscDetector,
     Lens,
-    Picture,
     Sensor,
 )
 from afferents.store.recording import GreyImage
-
-# Where discs are in one image, by their correlation with a drawn one.
-#
-# The correlation knows neither brightness nor contrast: the light of an LED that falls off, a pool
-# of light on the skin or a reflection beside a marker change it little, where cutting the image at
-# grey levels runs the marker together with what is bright around it.
-
-SURROUND = 0.4
-"""Width of the skin round a disc that is looked at, as a share of its radius; 2 px at least."""
-FAINTEST = 6.0
-"""A disc that stands out by fewer grey levels is noise."""
-TYPICAL = 0.8
-"""Discs that correlate so well say what contrast is typical."""
-Image = NDArray[np.float32]
-Found = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
-
-
-def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHOLE) -> Found:
-    """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
-
-    Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
-
-    Parameters
-    ----------
-    image
-        Grey image, shape (height, width), uint8.
-    within
-        Discs elsewhere are none, nor do they say what contrast is typical.
-    """
-    disc, ring = _template(parameters.radius_px)
-    if min(image.shape) < len(disc):
-        return np.zeros((0, 2)), np.zeros(0)
-    sign = np.float32(1 if parameters.blob_colour else -1)
-    grey = sign * image.astype(np.float32)
-    correlation = np.asarray(cv2.matchTemplate(grey, disc, cv2.TM_CCOEFF_NORMED), np.float32)
-    match = _padded(correlation, image.shape)
-    contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
-    row, column = _peaks(match, parameters)
-    shown = within.shows(np.stack([column, row], axis=1))
-    row, column = row[shown], column[shown]
-    height, score = contrast[row, column], match[row, column]
-    typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
-    stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
-    peak = np.stack([column, row], axis=1)[stands_out].astype(float)
-    centre = _refined(image, peak, parameters.radius_px)
-    apart = _best_only(centre, score[stands_out], parameters.radius_px)
-    return centre[apart], np.full(int(apart.sum()), np.pi * parameters.radius_px**2)
-
-
-def _template(radius: float) -> tuple[Image, Image]:
-    """Return a disc in the middle of its surroundings, and the surroundings."""
-    half = int(np.ceil(radius + max(2.0, SURROUND * radius)))
-    y, x = np.mgrid[-half : half + 1, -half : half + 1]
-    from_middle = np.hypot(x, y)
-    disc = np.clip(radius + 0.5 - from_middle, 0, 1).astype(np.float32)
-    return disc, (from_middle > radius + 1).astype(np.float32)
-
-
-def _padded(match: Image, shape: tuple[int, ...]) -> Image:
-    """Return the correlation at the image's own pixels; none where the template does not fit."""
-    padded = np.full(shape, -1, np.float32)
-    top, left = (shape[0] - match.shape[0]) // 2, (shape[1] - match.shape[1]) // 2
-    padded[top : top + match.shape[0], left : left + match.shape[1]] = match
-    return padded
-
-
-def _peaks(match: Image, parameters: DiscDetector) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return row and column of the pixels that correlate best within a disc's radius."""
-    side = 2 * int(np.ceil(parameters.radius_px)) + 1
-    best = cv2.dilate(match, np.ones((side, side), np.uint8))
-    row, column = np.nonzero((match == best) & (match > parameters.min_correlation))
-    return row, column
-
-
-def _refined(image: GreyImage, peak: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-    """Return the centroid of each disc; its peak, where that is not on it."""
-    n = len(peak)
-    half = np.full(n, round(radius + 1), np.int64)
-    dark, bright, mass, centre = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
-    kernel.levels(image, peak, half, dark, bright)
-    kernel.weigh(image, peak, dark, bright, half, mass, kernel.working_room(half), centre)
-    off = np.abs(centre - peak).max(axis=1) > 1
-    return np.where(off[:, None], peak, centre)
-
-
-def _best_only(
-    centre: NDArray[np.float64], score: NDArray[np.float32], radius: float
-) -> NDArray[np.bool_]:
-    """Say which discs are not on a better one: two pixels of one top may correlate alike."""
-    keep = np.ones(len(centre), dtype=bool)
-    for a, b in sorted(cKDTree(centre).query_pairs(radius)) if len(centre) else ():
-        if keep[a] and keep[b]:
-            keep[b if score[a] >= score[b] else a] = False
-    return keep
-
-
-# Where the markers are in one image: by OpenCV's SimpleBlobDetector, or as discs.
 
 Positions = NDArray[np.float64]
 """Shape (n, 2): x right and y down, px, pixel centres at integers."""
@@ -155,7 +58,7 @@ def find_markers(image: GreyImage, sensor: Sensor) -> Found:
 
 
 def enlarged(image: GreyImage, times: int) -> GreyImage:
-    """Return an image so many times as large, smoothly; `scaled` says where things are in it."""
+    """Return an image this many times as large, smoothly; `scaled` says where things are in it."""
     if times == 1:
         return image
     large = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
@@ -163,7 +66,7 @@ def enlarged(image: GreyImage, times: int) -> GreyImage:
 
 
 def scaled(position: Positions, times: float) -> Positions:
-    """Return positions, (n, 2), px, in an image so many times as large."""
+    """Return positions, (n, 2), px, in an image this many times as large."""
     return position if times == 1 else times * (position + 0.5) - 0.5
 
 
@@ -186,7 +89,7 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     The published method (preprocess/afferent_response.py). The area is that of a disc of the
     blob's mean radius.
     """
-    blobs = _detector(parameters).detect(image)
+    blobs = _make_detector(parameters).detect(image)
     centre = np.array([blob.pt for blob in blobs], dtype=np.float64).reshape(-1, 2)
     diameter = np.array([blob.size for blob in blobs], dtype=np.float64)
     return centre, np.pi / 4 * diameter**2
@@ -201,7 +104,7 @@ def spacing_px(position: Positions) -> float:
 
 
 @lru_cache(maxsize=8)
-def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
+def _make_detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     """Build the detector once for each set of parameters."""
     cv = cv2.SimpleBlobDetector.Params()
     cv.minThreshold = parameters.min_threshold
@@ -216,9 +119,6 @@ def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     cv.filterByConvexity, cv.minConvexity = True, parameters.min_convexity
     cv.filterByInertia, cv.minInertiaRatio = True, parameters.min_inertia_ratio
     return cv2.SimpleBlobDetector.create(cv)
-
-
-# Taking a lens's distortion and the camera's turn out of marker positions.
 
 
 def upright_tracks(tracks: xr.Dataset, sensor: Sensor) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""A detector for a sensor that nobody has described: guessed from one of its images."""
+"""A detector for a sensor without a sensor file: guessed from one of its images."""
 
 from typing import NamedTuple
 
@@ -43,19 +43,19 @@ LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
 MOST_DISCS = 0.8
-"""Markers are described as discs where so many discs are found for the blobs."""
+"""Markers are described as discs where this share of discs are found for the blobs."""
 LIKE_SPACING, AS_GOOD, AS_LARGE = 0.25, 0.85, 0.5
 """In a regular layout the next marker is as far as in the median, but for this share. Guesses with
 this share of the best one's score are as good; of these, blobs with this share of the area of the
 largest are no mere highlights in them."""
 SHINE_SHARE, SPACING_SHARE = 0.25, 1 / 15
 """Highlights in markers are looked for up to this share of the spacing, and where no guess says
-that, it is taken for this share of the picture's height."""
+that, it is assumed to be this share of the picture's height."""
 SHINES = 0.2
 """Markers have highlights where the middle of most differs from the rest of it by this share of
 their contrast: at least 0.27 measured, at most 0.09 where they have none."""
 LEAST_OVER_NOISE = 7.0
-"""A blob differs from the skin by so many standard deviations of what noise alone leaves: in
+"""A blob differs from the skin by this many standard deviations of what noise alone leaves: in
 pictures of white noise at most 4.3 were measured, of drawn markers in noise 36 or more."""
 NOISE_MASK = np.outer([1, -2, 1], [1, -2, 1]).astype(np.float32)
 GATE_SHARE = 0.65
@@ -183,7 +183,7 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
 
 
 def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
-    """Say whether most markers' middles are another grey in the image than without highlights."""
+    """Return whether most markers' middles have another grey than without highlights."""
     plain = without_shine(image, discs)
     skin, marker = np.empty((2, len(found)))
     kernel.levels(plain, found, np.full(len(found), round(discs.radius_px + 1)), skin, marker)
@@ -222,7 +222,10 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     found = len(blobs)
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."
-    if _forms_grid_of(blobs, published):
+    n, rows, columns = published.n_markers or 0, published.rows or 0, published.columns or 0
+    near_number = abs(found - n) <= MOST_FALSE * n  # a few too many or too few
+    grid = find_grid(without_false_markers(blobs, rows, columns)) if near_number else None
+    if grid is not None and (grid.row.max() + 1, grid.column.max() + 1) == (rows, columns):
         return published, (
             f"The published detector ({published.name}) finds {found} blobs for its "
             f"{published.n_markers} markers; they form its grid."
@@ -234,15 +237,6 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
         f"markers in frame {published.rest_frame}, so this is another sensor: markers were taken "
         f"to be {shade} {looks(sensor.looks)}, as the image itself suggests."
     )
-
-
-def _forms_grid_of(blobs: Positions, sensor: Sensor) -> bool:
-    """Say whether blobs, a few too many or too few, form a square sensor's grid."""
-    n, rows, columns = sensor.n_markers or 0, sensor.rows or 0, sensor.columns or 0
-    if abs(len(blobs) - n) > MOST_FALSE * n:
-        return False
-    grid = find_grid(without_false_markers(blobs, rows, columns))
-    return grid is not None and (grid.row.max() + 1, grid.column.max() + 1) == (rows, columns)
 
 
 def looks(detector: Detector) -> str:

@@ -81,7 +81,7 @@ def assign_grid(
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
     if not (1 - MOST_MISSING) * rows * columns <= len(position) <= rows * columns:
         raise InputError(f"{where}: expected {expected}, found {len(position)} markers")
-    row, column = places_of(position)
+    row, column = find_places(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
     n_places = len(np.unique(row * size[1] + column))
     if size != (rows, columns) or n_places < len(position):
@@ -121,7 +121,7 @@ def find_grid(position: Positions) -> Grid | None:
     """
     if len(position) < 4:
         return None
-    row, column = places_of(position)
+    row, column = find_places(position)
     rows, columns = int(row.max()) + 1, int(column.max()) + 1
     whole = rows > 1 and columns > 1 and len(position) >= (1 - MOST_MISSING) * rows * columns
     if not whole or len(np.unique(row * columns + column)) < len(position):
@@ -134,10 +134,10 @@ def find_grid(position: Positions) -> Grid | None:
 
 def smooth(position: Positions, grid: Grid) -> Callable[[Positions], Positions]:
     """Return what leads from places (column, row) to positions, smoothly."""
-    return _polynomial(np.stack([grid.column, grid.row], axis=1), position)
+    return _fit_polynomial(np.stack([grid.column, grid.row], axis=1), position)
 
 
-def _polynomial(source: Positions, target: Positions) -> Callable[[Positions], Positions]:
+def _fit_polynomial(source: Positions, target: Positions) -> Callable[[Positions], Positions]:
     """Return the polynomial from points to points that fits best."""
     degree = _DEGREE if len(source) > _ENOUGH_TO_BEND else 1
     middle, size = source.mean(axis=0), np.ptp(source, axis=0).max() or 1
@@ -151,10 +151,16 @@ def _polynomial(source: Positions, target: Positions) -> Callable[[Positions], P
     return lambda points: np.asarray(terms(points) @ factors)
 
 
-def places_of(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def find_places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return row and column of each marker, as the links to its neighbours say."""
-    upright = turn(position, -_roll_from_neighbours(position))
-    along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
+    distance, index = cKDTree(position).query(position, k=min(5, len(position)))
+    near = distance[:, 1:] < REACH * distance[:, 1:2]
+    step = (position[index[:, 1:]] - position[:, None])[near]
+    # A grid looks the same after 90 degrees, so directions are averaged modulo 90.
+    direction = np.arctan2(step[:, 1], step[:, 0])
+    roll_deg = float(np.degrees(np.angle(np.exp(4j * direction).sum())) / 4)
+    upright = turn(position, -roll_deg)
+    along_x, along_y = _pair_neighbours(upright, axis=0), _pair_neighbours(upright, axis=1)
     column, row = _count_steps(along_x, along_y, upright)
     return row, column
 
@@ -189,17 +195,7 @@ def turn(position: Positions, angle_deg: float) -> Positions:
     return turned
 
 
-def _roll_from_neighbours(position: Positions) -> float:
-    """Estimate the roll in degrees, -45 to 45, from the directions to near neighbours."""
-    distance, index = cKDTree(position).query(position, k=min(5, len(position)))
-    near = distance[:, 1:] < REACH * distance[:, 1:2]
-    step = (position[index[:, 1:]] - position[:, None])[near]
-    # A grid looks the same after 90 degrees, so directions are averaged modulo 90.
-    direction = np.arctan2(step[:, 1], step[:, 0])
-    return float(np.degrees(np.angle(np.exp(4j * direction).sum())) / 4)
-
-
-def _neighbours(upright: Positions, axis: int) -> NDArray[np.intp]:
+def _pair_neighbours(upright: Positions, axis: int) -> NDArray[np.intp]:
     """Pair each marker with the next one along an axis, shape (n_pairs, 2).
 
     A pair counts only if each of the two is the other's nearest in that direction.
@@ -248,11 +244,11 @@ def _count_steps(
         [lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x)], axis=1
     )
     if not main.all():
-        place[~main] = _polynomial(position[main], place[main])(position[~main])
-    return _whole(place[:, 0]), _whole(place[:, 1])
+        place[~main] = _fit_polynomial(position[main], place[main])(position[~main])
+    return _round_places(place[:, 0]), _round_places(place[:, 1])
 
 
-def _whole(place: NDArray[np.float64]) -> NDArray[np.intp]:
+def _round_places(place: NDArray[np.float64]) -> NDArray[np.intp]:
     """Round to whole places, the least of which is 0."""
     # The solution is known up to a shift; the shift that brings most places near a whole number.
     shift = np.angle(np.exp(2j * np.pi * place).sum()) / (2 * np.pi)

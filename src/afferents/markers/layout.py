@@ -1,9 +1,4 @@
-"""A layout that shear has drawn out of shape: markers are looked for where their neighbours went.
-
-One turn, shift and scale places a layout whose skin is at rest. Skin that a drum has held back is
-stretched here and squeezed there, by as much as the distance between markers where these are close.
-It is so alike from one marker to the next, though, that each is found by what those around it did.
-"""
+"""The layout that markers form, and which marker of a known layout each one is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,75 +13,7 @@ from afferents.choices import Layout
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
-from afferents.markers.link import NO_BLOB, link_one_to_one
-
-_NEIGHBOURS = 13
-"""A marker is expected where the mean of so many, itself among them, went."""
-_ROUNDS = 10
-_BESIDE = 6
-"""The layout is also tried on the places of so many neighbours of its middle marker."""
-
-
-def follow_shear(placed: Positions, blobs: Positions, gate_px: float) -> Positions:
-    """Move a layout's places to where the skin has carried them.
-
-    A lattice fits nearly as well one step aside, all but its edge, so it is tried there too, as
-    long as more blobs get a place by it.
-
-    Parameters
-    ----------
-    placed
-        The layout under its best turn, shift and scale, shape (n, 2), px.
-    blobs
-        Shape (m, 2), px.
-    gate_px
-        A blob farther than this from where a marker is expected is not this marker.
-
-    Returns
-    -------
-    Positions
-        Where the markers are expected, shape (n, 2), px.
-    """
-    around = cKDTree(placed).query(placed, k=min(_NEIGHBOURS, len(placed)))[1]
-    middle = int(((placed - placed.mean(axis=0)) ** 2).sum(axis=1).argmin())
-    beside = cKDTree(placed).query(placed[middle], k=min(1 + _BESIDE, len(placed)))[1][1:]
-    aside = np.zeros(2)
-    worth, expected = _follow(placed, blobs, gate_px, around)
-    while True:
-        tried = [
-            (*_follow(placed + aside + step, blobs, gate_px, around), aside + step)
-            for step in placed[beside] - placed[middle]
-        ]
-        best = max(tried, key=lambda one: one[0])
-        if best[0] <= worth:
-            return expected
-        worth, expected, aside = best
-
-
-def _follow(
-    placed: Positions, blobs: Positions, gate_px: float, around: NDArray[np.intp]
-) -> tuple[tuple[int, float], Positions]:
-    """Link blobs and move each place by the mean of what those `around` it moved, by turns.
-
-    Returns
-    -------
-    How well the layout fits, to compare (blobs with a place, then how near these lie, in the
-    median), and where the markers are expected, (n, 2), px.
-    """
-    expected = placed
-    for _ in range(_ROUNDS):
-        blob = link_one_to_one(expected, blobs, gate_px)
-        linked = (blob != NO_BLOB)[:, None]
-        moved = np.where(linked, blobs[blob] - placed, 0.0)
-        n_linked = np.maximum(linked[around].sum(axis=1), 1)
-        expected = placed + moved[around].sum(axis=1) / n_linked
-    blob = link_one_to_one(expected, blobs, gate_px)
-    own = blob != NO_BLOB
-    off = np.hypot(*(expected[own] - blobs[blob[own]]).T)
-    return (int(own.sum()), -float(np.median(off)) if own.any() else -np.inf), expected
-
-
-# The layout that markers form, and which marker of a known layout each one is.
+from afferents.markers.sheared import follow_shear
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
@@ -95,7 +22,7 @@ _ICP_ROUNDS = 8
 _TRIED = 10
 """Turns that fit best at first, each of which is then fitted closely."""
 _GOOD, _ASIDE = 0.8, 2.0
-"""With a fit below this the layout is also looked for so many spacings from the middle."""
+"""With a fit below this the layout is also looked for this many spacings from the middle."""
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
 _ANOTHER = 0.12
@@ -149,7 +76,18 @@ def find_layout(position: Positions) -> FoundLayout:
     order, roll = _hexagonal_order(position)
     if order > ORDERED:
         return FoundLayout("hexagonal", None, roll, spacing)
-    if _ring_order(position, spacing) > ORDERED or _ray_order(position) > ON_RAYS:
+    # How well the distances from the middle are multiples of one distance, 0 to 1.
+    ray = position - np.median(position, axis=0)
+    steps = np.linspace(0.6, 1.6, 101) * spacing
+    turns = 2j * np.pi * np.hypot(*ray.T)[:, None] / steps
+    rings = float(np.abs(np.exp(turns).mean(axis=0)).max())
+    # How alike the nearest two lie to the ray from the middle, 0 to 1: along all rays, or across
+    # them all as in rings. Where a lens draws rings in, this remains.
+    _, index = cKDTree(position).query(position, k=min(3, len(position)))
+    step = position[index[:, 1:]] - position[:, None]
+    angle = np.arctan2(step[..., 1], step[..., 0]) - np.arctan2(ray[:, 1], ray[:, 0])[:, None]
+    rays = float(abs(np.exp(2j * angle).mean()))
+    if rings > ORDERED or rays > ON_RAYS:
         return FoundLayout("radial", None, float("nan"), spacing)
     return FoundLayout("free", None, float("nan"), spacing)
 
@@ -164,25 +102,6 @@ def _hexagonal_order(position: Positions) -> tuple[float, float]:
     step = (position[index[:, 1:]] - position[:, None])[near]
     total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
     return float(abs(total)), float(np.degrees(np.angle(total)) / 6)
-
-
-def _ring_order(position: Positions, spacing: float) -> float:
-    """Return how well the distances from the middle are multiples of one distance, 0 to 1."""
-    radius = np.hypot(*(position - np.median(position, axis=0)).T)
-    steps = np.linspace(0.6, 1.6, 101) * spacing
-    return float(np.abs(np.exp(2j * np.pi * radius[:, None] / steps).mean(axis=0)).max())
-
-
-def _ray_order(position: Positions) -> float:
-    """Return how alike the nearest two lie to the ray from the middle, 0 to 1.
-
-    Along all rays, or across them all as in rings: where a lens draws rings in, this remains.
-    """
-    _, index = cKDTree(position).query(position, k=min(3, len(position)))
-    step = position[index[:, 1:]] - position[:, None]
-    ray = position - np.median(position, axis=0)
-    angle = np.arctan2(step[..., 1], step[..., 0]) - np.arctan2(ray[:, 1], ray[:, 0])[:, None]
-    return float(abs(np.exp(2j * angle).mean()))
 
 
 def match_layout(
@@ -223,14 +142,14 @@ def match_layout(
     """
     gate = GATE_SHARE * spacing_px(template)
     tree, most_off = cKDTree(found), _ANOTHER
-    placed = _placed(template, found, tree, gate, [(0.0, 0.0)])
+    placed = _place(template, found, tree, gate, [(0.0, 0.0)])
     if _fit(placed, tree, gate) < _GOOD:  # false blobs on one side shift the middle
         aside = np.arange(-_ASIDE, _ASIDE + 0.1, 0.5) * spacing_px(template)
-        wider = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
+        wider = _place(template, found, tree, gate, [(x, y) for x in aside for y in aside])
         placed = max(placed, wider, key=lambda place: _fit(place, tree, gate))
         if _fit(placed, tree, gate) < _GOOD:
             placed, most_off = follow_shear(placed, found, gate), _ANOTHER_FOLLOWED
-    own, blob = _assigned(placed, found, gate)
+    own, blob = _assign(placed, found, gate)
     off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
     if needed and len(own) >= needed * len(template) and np.median(off) > most_off:
         do = (
@@ -247,7 +166,7 @@ def match_layout(
     if faint is not None and len(faint):
         lost = np.flatnonzero(~present)
         free = faint[cKDTree(placed[present]).query(faint)[0] > gate] if present.any() else faint
-        at, its = _assigned(placed[lost], free, gate / 2)
+        at, its = _assign(placed[lost], free, gate / 2)
         placed[lost[at]], present[lost[at]] = free[its], True
     if present.mean() < needed:
         raise InputError(
@@ -259,7 +178,7 @@ def match_layout(
     return placed, present
 
 
-def _assigned(
+def _assign(
     placed: Positions, found: Positions, gate: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which places have a blob of their own within the gate, and which blob."""
@@ -282,7 +201,7 @@ def _fit_closely(
     return placed
 
 
-def _placed(
+def _place(
     template: Positions,
     found: Positions,
     tree: cKDTree,

@@ -13,6 +13,13 @@ from afferents.markers.detect import Positions
 FEWEST = 4
 _STEPS = 1024
 """Places are whole multiples of 1 / 1024 of a pixel, so that float32 holds them exactly."""
+Floats = NDArray[np.float32]
+Places = NDArray[np.generic]
+"""Rows or columns of markers: whole numbers on a square grid, any on other layouts."""
+
+_INSIDE = 1e-6
+"""Pixels may lie this far outside a triangle, in its own coordinates: places are rounded."""
+_LEAST_WEIGHT = 1e-5
 
 
 def image_places(
@@ -62,31 +69,17 @@ def image_places(
     return row, column
 
 
-# Tactile images: the operator that makes pixels of what the markers of a layout show.
-#
-# It takes no NaN: what lost markers leave open is filled before (`filling`).
-#
-# It is linear, made once for a layout, sparse, and applied to a whole recording by one product. A
-# pixel within the markers' hull is interpolated linearly between the three markers of the Delaunay
-# triangle that it lies in (Lawson, Software for C1 surface interpolation, in Mathematical Software
-# III, 1977); a pixel outside is 0. A marker that stands on a pixel is that pixel, so on a square
-# grid the operator is the identity; there nothing is computed at all, markers are put where they
-# belong.
-#
-# Linear, since splines and natural neighbours come no nearer to what the rig's skin does where
-# markers are as noisy as tracking leaves them (`docs/tracking.md`, by `studies/compare_images.py`).
+def make_images(values: NDArray[np.floating], row: Places, column: Places) -> Floats:
+    """Make images of what markers show: by an operator, linear and sparse, made once for a layout.
 
-Floats = NDArray[np.float32]
-Places = NDArray[np.generic]
-"""Rows or columns of markers: whole numbers on a square grid, any on other layouts."""
+    A pixel within the markers' hull is interpolated linearly between the three markers of the
+    Delaunay triangle that it lies in (Lawson, Software for C1 surface interpolation, in
+    Mathematical Software III, 1977); a pixel outside is 0. A marker that stands on a pixel is that
+    pixel; on a square grid, where all do, nothing is computed, markers are put where they belong.
 
-_INSIDE = 1e-6
-"""Pixels may lie this far outside a triangle, in its own coordinates: places are rounded."""
-_LEAST_WEIGHT = 1e-5
-
-
-def images_of(values: NDArray[np.floating], row: Places, column: Places) -> Floats:
-    """Make images of what markers show.
+    Linear, since splines and natural neighbours come no nearer to what the rig's skin does where
+    markers are as noisy as tracking leaves them (`docs/tracking.md`, by
+    `studies/compare_images.py`). What lost markers leave open is filled before (`filling`).
 
     Parameters
     ----------
@@ -105,7 +98,7 @@ def images_of(values: NDArray[np.floating], row: Places, column: Places) -> Floa
         images = np.zeros((len(values), *shape), dtype=np.float32)
         images[:, row, column] = values
         return images
-    operator = _operator(row.tobytes(), column.tobytes())
+    operator = _make_operator(row.tobytes(), column.tobytes())
     flat = operator @ np.asarray(values, np.float32).T
     return np.ascontiguousarray(flat.T).reshape(len(values), *shape)
 
@@ -121,7 +114,7 @@ def image_shape(row: Places, column: Places) -> tuple[int, int]:
 
 def covered(row: Places, column: Places) -> NDArray[np.bool_]:
     """Return which pixels (row, column) show markers; the others are always 0."""
-    return np.asarray(images_of(np.ones((1, len(row))), row, column)[0] > 0)
+    return np.asarray(make_images(np.ones((1, len(row))), row, column)[0] > 0)
 
 
 def _is_grid(row: Places) -> bool:
@@ -129,7 +122,7 @@ def _is_grid(row: Places) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _operator(row: bytes, column: bytes) -> Any:
+def _make_operator(row: bytes, column: bytes) -> Any:
     """Return the operator (pixel, marker), sparse float32, from places as bytes of float64."""
     from scipy.sparse import csr_array
     from scipy.spatial import Delaunay

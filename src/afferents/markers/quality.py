@@ -1,4 +1,4 @@
-"""Where markers are when a video ends, and what moved them for good."""
+"""How well a video was tracked: figures, what is wrong, and sentences for `inspect`."""
 
 from dataclasses import dataclass, fields
 from typing import NamedTuple
@@ -8,17 +8,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.markers.detect import Positions, spacing_px
-from afferents.markers.rest import start_sentences
-from afferents.quality.frames import (
+from afferents.markers.detect import spacing_px
+from afferents.markers.rest_report import start_sentences
+from afferents.quality.image import ImageQuality, find_light_issues
+from afferents.quality.issues import QualityIssue
+from afferents.quality.lasting import lasting, sliding_part, span_text
+from afferents.quality.repeats import (
     count_dropped,
     find_doubled_frames,
     find_repeated,
     find_time_issues,
 )
-from afferents.quality.image import ImageQuality, find_light_issues
-from afferents.quality.issues import QualityIssue
-from afferents.quality.lasting import lasting, sliding_part, span_text
+
+Lengths = NDArray[np.float64]
 
 END_FRAMES = 5
 """The end of a video is its last five frames, everywhere; a marker is where they show it, in the
@@ -26,7 +28,17 @@ median, and lost if none of them does."""
 BACK = 0.5
 """A marker is back within this share of the spacing of its rest position."""
 STAYS = 0.9
-"""A jump lasts if the markers stay away for so much of the time after it."""
+"""A jump lasts if the markers stay away for this much of the time after it."""
+STILL_PX = 0.5
+"""A marker that never strays farther than this from its rest position has not moved."""
+REST_PX = 0.3
+"""The skin is at rest while half of its markers are no farther than this from their places."""
+FEWEST_AT_REST, MOST_AT_REST = 10, 90
+"""Frames at rest for the jitter."""
+FEW_SEEN, LOST_S = 0.5, 0.5
+"""The skin is covered where less than this share of the markers of the rest frame are seen for
+longer than this, s. Simulated recordings show 0.92 of them in any frame, encoded as it may be;
+real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
 
 
 class AtEnd(NamedTuple):
@@ -46,8 +58,8 @@ class AtEnd(NamedTuple):
     away_px: float
 
 
-def at_end(tracks: xr.Dataset) -> AtEnd:
-    """Say where the markers are at the end.
+def measure_end(tracks: xr.Dataset) -> AtEnd:
+    """Measure where the markers are at the end.
 
     Parameters
     ----------
@@ -66,7 +78,7 @@ def at_end(tracks: xr.Dataset) -> AtEnd:
     return AtEnd(n_back, len(each) - n_back, len(rest) - len(each), float(np.median(each)))
 
 
-def lasting_jumps(tracks: xr.Dataset) -> list[float]:
+def find_lasting_jumps(tracks: xr.Dataset) -> list[float]:
     """Return when all markers jumped together and did not come back, s.
 
     A skin that is shaken jumps to and fro; one that was knocked, or let go, stays where it is.
@@ -81,50 +93,27 @@ def lasting_jumps(tracks: xr.Dataset) -> list[float]:
     if not jumps:
         return []
     start = int(tracks.attrs["rest_frame"])
-    common = _common_motion(tracks)
+    moved = tracks[dims.POSITION].values - tracks[dims.REST_POSITION].values
+    common = np.full((len(moved), 2), np.nan)
+    some = ~np.isnan(moved[..., 0]).all(axis=1)
+    common[some] = np.nanmedian(moved[some], axis=1)
     lasting = []
     before_s = time_s[start]
     for jump_s in jumps:
         before = common[(time_s >= before_s) & (time_s < jump_s)]
         after = common[time_s >= jump_s]
-        if len(before) and _stays_away(before, after):
+        if len(before) == 0:
+            continue
+        # They must stay farther from where they were than they had strayed before.
+        middle = np.nanmedian(before, axis=0)
+        strayed = np.nanmax(np.hypot(*(before - middle).T))
+        away = np.hypot(*(after - middle).T)
+        away = away[~np.isnan(away)]
+        landed = np.nanmedian(after, axis=0) - middle
+        if len(away) and np.mean(away > strayed) > STAYS and np.hypot(*landed) > strayed:
             lasting.append(jump_s)
             before_s = jump_s
     return lasting
-
-
-def _common_motion(tracks: xr.Dataset) -> NDArray[np.float64]:
-    """Return the median displacement of all markers, shape (time, 2), px; NaN where none is."""
-    moved = tracks[dims.POSITION].values - tracks[dims.REST_POSITION].values
-    common = np.full((len(moved), 2), np.nan)
-    some = ~np.isnan(moved[..., 0]).all(axis=1)
-    common[some] = np.nanmedian(moved[some], axis=1)
-    return common
-
-
-def _stays_away(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:
-    """Say whether the markers stay farther from where they were than they had strayed before."""
-    middle = np.nanmedian(before, axis=0)
-    strayed = np.nanmax(np.hypot(*(before - middle).T))
-    away = np.hypot(*(after - middle).T)
-    away = away[~np.isnan(away)]
-    landed = np.nanmedian(after, axis=0) - middle
-    return bool(len(away) and np.mean(away > strayed) > STAYS and np.hypot(*landed) > strayed)
-
-
-# What can be said of a tracked video in plain words, for `inspect`.
-
-Lengths = NDArray[np.float64]
-STILL_PX = 0.5
-"""A marker that never strays farther than this from its rest position has not moved."""
-REST_PX = 0.3
-"""The skin is at rest while half of its markers are no farther than this from their places."""
-FEWEST_AT_REST, MOST_AT_REST = 10, 90
-"""Frames at rest for the jitter."""
-FEW_SEEN, LOST_S = 0.5, 0.5
-"""The skin is covered where less than this share of the markers of the rest frame are seen for
-longer than this, s. Simulated recordings show 0.92 of them in any frame, encoded as it may be;
-real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
 
 
 @dataclass(frozen=True)
@@ -195,11 +184,14 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         share_lost=float(1 - detected.mean()),
         n_missing=int((~detected[0]).sum()),
         n_often_lost=int((detected.mean(axis=0) < 0.5).sum()),
-        at_end=at_end(tracks),
-        n_shared=sum(_n_shared(frame) for frame in position),
+        at_end=measure_end(tracks),
+        n_shared=sum(
+            len(seen) - len(np.unique(seen, axis=0))
+            for seen in (frame[~np.isnan(frame[:, 0])] for frame in position)
+        ),
         n_repeated=int(find_repeated(tracks[dims.FRAME_CHANGE].values).sum()),
         n_dropped=count_dropped(tracks[dims.TIME].values),
-        jitter_px=_jitter(position, away),
+        jitter_px=_measure_jitter(position, away),
         n_still=int((farthest < STILL_PX).sum()) if np.any(farthest >= STILL_PX) else 0,
         largest_step_px=_largest(step),
         largest_displacement_px=_largest(away),
@@ -222,7 +214,7 @@ def find_track_issues(
     """
     attributes = tracks.attrs
     found = find_hidden_markers(tracks, where, steady_s)
-    if times := lasting_jumps(tracks):
+    if times := find_lasting_jumps(tracks):
         when = f"all markers moved together at {', '.join(f'{t:.2f}' for t in times[:3])} s"
         expected = "a camera and a fingertip that stay where they are mounted"
         cause = "SA-I after it counts from the old rest position"
@@ -246,7 +238,7 @@ def find_track_issues(
 def find_hidden_markers(
     tracks: xr.Dataset, where: object, steady_s: tuple[float, float] | None
 ) -> list[QualityIssue]:
-    """Say whether the markers are out of sight while the drum slides.
+    """Find whether the markers are out of sight while the drum slides.
 
     Parameters
     ----------
@@ -277,11 +269,19 @@ def describe(tracks: xr.Dataset) -> list[str]:
         What `track` returns.
     """
     if dims.of_cells(tracks):
-        return [*_describe_cells(tracks), *_stop(tracks)]
+        return [*_describe_cells(tracks), *_describe_stop(tracks)]
     quality = measure_quality(tracks)
+    end = quality.at_end
+    lost = f", {end.n_lost} are lost" if end.n_lost else ""
+    at_end = (
+        f"{end.n_back} are back within half a spacing of rest, {end.n_elsewhere} ended "
+        f"elsewhere{lost} (median {end.away_px:.2f} px from rest)"
+    )
+    if end.n_lost == quality.n_markers:
+        at_end = "none is found"
     return [
-        f"{quality.n_markers} markers, lost for {quality.share_lost:.1%} of the time; "
-        f"{_at_the_end(quality)}.",
+        f"{quality.n_markers} markers, lost for {quality.share_lost:.1%} of the time; at the end "
+        f"{at_end}.",
         f"Followed from frame {tracks.attrs['rest_frame']}, the rest frame, through "
         f"{quality.n_frames} frames by {tracks.attrs['method']} linking.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
@@ -292,9 +292,9 @@ def describe(tracks: xr.Dataset) -> list[str]:
             else [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
         ),
         *start_sentences({"this one": tracks.attrs}),
-        _layout(tracks),
-        *_audit(tracks),
-        *_stop(tracks),
+        _describe_layout(tracks),
+        *_describe_audit(tracks),
+        *_describe_stop(tracks),
         *_describe_counts(quality),
     ]
 
@@ -311,19 +311,7 @@ def _describe_cells(tracks: xr.Dataset) -> list[str]:
     ]
 
 
-def _at_the_end(quality: TrackingQuality) -> str:
-    """Say how many markers are back at rest, elsewhere, and lost."""
-    end = quality.at_end
-    if end.n_lost == quality.n_markers:
-        return "at the end none is found"
-    lost = f", {end.n_lost} are lost" if end.n_lost else ""
-    return (
-        f"at the end {end.n_back} are back within half a spacing of rest, {end.n_elsewhere} ended "
-        f"elsewhere{lost} (median {end.away_px:.2f} px from rest)"
-    )
-
-
-def _audit(tracks: xr.Dataset) -> list[str]:
+def _describe_audit(tracks: xr.Dataset) -> list[str]:
     """Say how often markers may have been confused, if ever, and what was done."""
     found = {
         "two markers on one blob": tracks.attrs["audit_shared"],
@@ -332,10 +320,12 @@ def _audit(tracks: xr.Dataset) -> list[str]:
         "the whole picture searched": tracks.attrs["audit_searches"],
     }
     counted = [f"{what} ({count} times)" for what, count in found.items() if count]
-    said = []
+    sentences = []
     if counted:
         danger = ", ".join(counted)
-        said.append(f"Markers may have been confused, and count as lost where in doubt: {danger}.")
+        sentences.append(
+            f"Markers may have been confused, and count as lost where in doubt: {danger}."
+        )
     checks, slips = tracks.attrs.get("audit_checks", 0), tracks.attrs.get("audit_slips", 0)
     if checks:
         how = (
@@ -344,17 +334,17 @@ def _audit(tracks: xr.Dataset) -> list[str]:
             if slips
             else " and stood"
         )
-        said.append(f"All names were checked by the layout's order {checks} times{how}.")
-    return said
+        sentences.append(f"All names were checked by the layout's order {checks} times{how}.")
+    return sentences
 
 
-def _stop(tracks: xr.Dataset) -> list[str]:
+def _describe_stop(tracks: xr.Dataset) -> list[str]:
     """Say where the video stopped, if before its end."""
     stopped = tracks.attrs["stopped"]
     return [f"The video stopped early: {stopped}"] if stopped else []
 
 
-def _layout(tracks: xr.Dataset) -> str:
+def _describe_layout(tracks: xr.Dataset) -> str:
     """Say whether the markers form a grid, or at least have places in an image."""
     if dims.ROW not in tracks.coords:
         return (
@@ -383,13 +373,7 @@ def _describe_counts(quality: TrackingQuality) -> list[str]:
     return [sentence.format(count) for sentence, count in issues.items() if count]
 
 
-def _n_shared(position: Positions) -> int:
-    """Count the markers of a frame that stand exactly where another one stands."""
-    seen = position[~np.isnan(position[:, 0])]
-    return len(seen) - len(np.unique(seen, axis=0))
-
-
-def _jitter(position: NDArray[np.float64], away: Lengths) -> float:
+def _measure_jitter(position: NDArray[np.float64], away: Lengths) -> float:
     """Return the jitter of the frames at rest with which a recording begins."""
     moved = np.nan_to_num([_median(frame) for frame in away[: MOST_AT_REST + 1]]) > REST_PX
     n_still = int(np.argmax(moved)) if moved.any() else len(moved)

@@ -1,8 +1,8 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import islice, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,19 +25,19 @@ from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
 N_FRAMES = 9
-"""The picture at rest is the median of so many frames: without noise, without what flickers."""
+"""The picture at rest is the median of this many frames: without noise, without what flickers."""
 _NONE = np.zeros((0, 2))
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 MOST_STALE, STILL = 8, 3
-"""So many frames of an earlier run may a camera's buffer give first; and in so many after them must
-the picture stand still."""
+"""A camera's buffer may give this many frames of an earlier run first; and in this many after them
+the picture must stand still."""
 N_FIRST = N_FRAMES + MOST_STALE + STILL
 """Frames from the declared rest frame on that say where the skin is at rest."""
 JUMPED = 2.0
-"""Without markers, the picture must jump by so many grey levels: on three real gels 6 to 13."""
+"""Without markers, the picture must jump by this many grey levels: on three real gels 6 to 13."""
 CHANGED, SUDDEN, STALE_SHARE = 1.2, 4.0, 0.75
-"""From a stale frame to the next the picture changes more than so many times as much as in the
+"""From a stale frame to the next the picture changes more than this many times as much as in the
 frames around, and its markers, too: a quarter of them, since a touch moves those under it."""
 
 
@@ -65,7 +65,7 @@ def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
 
 
 def stands_still_again(images: Sequence[GreyImage], sensor: Sensor) -> bool:
-    """Say whether the skin stands still in the last `STILL` frames after it jumped.
+    """Return whether the skin stands still in the last `STILL` frames after it jumped.
 
     A camera's buffer may first give frames of an earlier run: the picture stands still, is another
     one from one frame to the next, and stands still again. A skin that moves takes several frames.
@@ -147,13 +147,13 @@ class AtRest(NamedTuple):
     Attributes
     ----------
     position
-        What is taken for markers, (n, 2), px.
+        What look like markers, (n, 2), px.
     faint
         What may be one where a layout expects it, (m, 2), px.
     suspects
         What lies beyond the layout, (k, 2), px: specks and reflections at the rim.
     n_still
-        The picture is the median of so many frames.
+        The picture is the median of this many frames.
     """
 
     position: Positions
@@ -205,13 +205,13 @@ def find_rest_markers(
     Raises
     ------
     InputError
-        If there are none, or so many fewer or more than the sensor file declares.
+        If there are none, or too many fewer or more than the sensor file declares.
     """
     by_layout = sensor.n_markers is None or sensor.markers is not None
     if sensor.layout != "square" and by_layout and method != "published":
-        found, image = _seen_by_layout(images, sensor)
+        found, image = _look_by_layout(images, sensor)
     else:
-        found, image = _seen_by_number(images, sensor, method, led)
+        found, image = _look_by_number(images, sensor, method, led)
     n_found = len(found.position)
     few_left = n_found < FEWEST and sensor.picture.masks
     if n_found == 0 or few_left or not _plausible(n_found, sensor, method, led):
@@ -232,17 +232,20 @@ def find_rest_markers(
     return found._replace(position=found.position[np.argsort(found.position[:, 0], kind="stable")])
 
 
-def _seen_by_layout(images: Sequence[GreyImage], sensor: Sensor) -> tuple[AtRest, GreyImage]:
+def _look_by_layout(images: Sequence[GreyImage], sensor: Sensor) -> tuple[AtRest, GreyImage]:
     """Return what the rest frame shows, or the median if a marker of the layout is missing."""
     image = images[0]
-    seen = seen_at_rest(image, sensor)
-    if len(images) > 1 and not _shows_all(seen.position, sensor):
+    seen, layout = seen_at_rest(image, sensor), np.array(sensor.markers or ())
+    shows_all = 0 < len(layout) <= len(seen.position) and bool(
+        match_layout(seen.position, layout, "", needed=0.0)[1].all()
+    )
+    if len(images) > 1 and not shows_all:
         image, n_still = still_picture(images, sensor)
         seen = seen_at_rest(image, sensor, n_still)
     return seen._replace(position=_within(seen.position, sensor)), image
 
 
-def _seen_by_number(
+def _look_by_number(
     images: Sequence[GreyImage], sensor: Sensor, method: Method, led: bool
 ) -> tuple[AtRest, GreyImage]:
     """Return what the rest frame shows, or the median if that is nearer the number declared."""
@@ -256,13 +259,6 @@ def _seen_by_number(
     return found, image
 
 
-def _shows_all(seen: Positions, sensor: Sensor) -> bool:
-    """Say whether a picture shows every marker of a layout that the sensor file describes."""
-    if sensor.markers is None or len(seen) < len(sensor.markers):
-        return False
-    return bool(match_layout(seen, np.array(sensor.markers), "", needed=0.0)[1].all())
-
-
 def _within(found: Positions, sensor: Sensor) -> Positions:
     """Leave out what lies beyond the sensor's radius from the middle of all."""
     if sensor.radius_px is None or len(found) == 0:
@@ -273,7 +269,7 @@ def _within(found: Positions, sensor: Sensor) -> Positions:
 
 
 def _plausible(n_found: int, sensor: Sensor, method: Method, led: bool) -> bool:
-    """Say whether so many markers can be this sensor's."""
+    """Return whether this many markers can be this sensor's."""
     if sensor.n_markers is None or (sensor.markers is not None and method != "published"):
         return True  # `match_layout` finds the missing and leaves out the false ones
     if led if method == "published" else sensor.layout == "square":
@@ -334,7 +330,11 @@ def order_markers(
     """
     found = at_rest.position
     if method == "published":
-        kept, near = _nearest_to(reference, found, sensor.gate_px)
+        kept, near = found, np.ones(len(found), dtype=bool)
+        if reference is not None:
+            nearest = link_nearest(reference, found, sensor.gate_px)
+            near = nearest != NO_BLOB
+            kept = np.where(near[:, None], found[nearest], reference)
         rows, columns = sensor.rows, sensor.columns
         return RestMarkers(
             kept,
@@ -354,28 +354,11 @@ def order_markers(
         return RestMarkers(*match_layout(found, layout, where, at_rest.faint), places)
     order = np.lexsort((found[:, 0], found[:, 1]))
     if reference is not None:
-        order = _match_reference(found, reference, where)
+        if len(found) != len(reference):
+            expected = f"the {len(reference)} markers of the reference video"
+            raise InputError(f"{where}: expected {expected}, found {len(found)}")
+        _, order = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
     return RestMarkers(found[order], np.ones(len(found), bool))
-
-
-def _nearest_to(
-    reference: Positions | None, found: Positions, gate_px: float
-) -> tuple[Positions, NDArray[np.bool_]]:
-    """Give each marker of the reference the nearest one found, or its own place for want of it."""
-    if reference is None:
-        return found, np.ones(len(found), dtype=bool)
-    nearest = link_nearest(reference, found, gate_px)
-    near = nearest != NO_BLOB
-    return np.where(near[:, None], found[nearest], reference), near
-
-
-def _match_reference(found: Positions, reference: Positions, where: object) -> NDArray[np.intp]:
-    """Return for each reference marker the index of its own marker, the nearest on the whole."""
-    if len(found) != len(reference):
-        expected = f"the {len(reference)} markers of the reference video"
-        raise InputError(f"{where}: expected {expected}, found {len(found)}")
-    _, own = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
-    return np.asarray(own, dtype=np.intp)
 
 
 def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
@@ -396,88 +379,3 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
             f"{where}: expected {declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says, "
             f"found {size[0]} x {size[1]} px; {do}"
         )
-
-
-# What a rest frame showed that is to be said: blobs too many or too few, and whose place it took.
-#
-# It stands in the attributes of a recording's tracks, and so in those of its responses.
-
-BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
-STALE, BITS = "rest_stale", "bits"
-NAMED = 3
-"""So many recordings are named in a sentence."""
-
-
-def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
-    """Return, as attributes, how many blobs and markers there were, and how many are missing.
-
-    `rest_replaced` counts markers that were not found, and stand where the others (or, under
-    ``published``, the reference) say that they should.
-    """
-    return {
-        BLOBS: len(at_rest.position),
-        MARKERS: len(rest.position),
-        REPLACED: int((~rest.present).sum()),
-    }
-
-
-def start_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Say of recordings, by their attributes, which start with stale frames or have more bits."""
-    return [
-        *_said(
-            {name: f"{one[STALE]} frames" for name, one in attributes.items() if one.get(STALE)},
-            "the picture jumps in the first frames and then stands still, as where a camera's "
-            "buffer gives frames of an earlier run; rest is the frame after these",
-        ),
-        *_said(
-            {
-                name: f"{one[BITS]} bits"
-                for name, one in attributes.items()
-                if 8 < one.get(BITS, 8) < 16
-            },
-            "no pixel of its 16-bit images uses more, so this is taken for the camera's depth",
-        ),
-    ]
-
-
-def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Say of recordings, by the attributes of their tracks, what was amiss in their rest frames.
-
-    Nothing is said of those in which every blob was one marker.
-    """
-    known = {name: one for name, one in attributes.items() if BLOBS in one}
-    published = {name: one for name, one in known.items() if one.get("method") == "published"}
-    others = {name: one for name, one in known.items() if name not in published}
-    return [
-        *start_sentences(known),
-        *_said(
-            {n: f"{o[BLOBS]} blobs" for n, o in published.items() if o[BLOBS] != o[MARKERS]},
-            "the rest frame shows another number of blobs than markers; each marker took the "
-            "nearest, as the published code does",
-        ),
-        *_said(
-            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in published.items() if o[REPLACED]},
-            "markers farther from the reference clip's than the gate were put where those are, as "
-            "the published code does; their SA-I counts from where they are not (the other "
-            "trackers don't do so)",
-        ),
-        *_said(
-            {n: f"{o[BLOBS]} for {o[MARKERS]}" for n, o in others.items() if o[BLOBS] > o[MARKERS]},
-            "the rest frame shows blobs that the sensor's layout has no place for; they were left "
-            "out",
-        ),
-        *_said(
-            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in others.items() if o[REPLACED]},
-            "the rest frame lacks markers, which count as lost until they are seen",
-        ),
-    ]
-
-
-def _said(found: Mapping[str, str], what: str) -> list[str]:
-    """Say something of the recordings that it is true of, or nothing."""
-    if not found:
-        return []
-    named = ", ".join(f"{name} ({how})" for name, how in list(found.items())[:NAMED])
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    many = f"{len(found)} recording{'s' if len(found) > 1 else ''}"
-    return [f"{many}, {named}{more}: {what}."]

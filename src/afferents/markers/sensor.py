@@ -1,8 +1,6 @@
 """What is known of a sensor before its video is read: layout, detector, limits."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -24,9 +22,6 @@ from afferents import dims
 from afferents.choices import Layout
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.recordings.listed import sensor_named
-from afferents.recordings.session import Session
-from afferents.store.recording import Recording
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
 # What is not given is left out of what is written down: stores and cards agree as before.
@@ -40,8 +35,8 @@ FEWEST_CELLS, MOST_CELLS = 4, 200
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
 SMALL_PX, ENLARGED = 2.0, 4
-"""Discs of a smaller radius are found and followed in the picture enlarged so many times: there are
-too few px of them, and of the skin between them, for a centroid."""
+"""Discs of a smaller radius are found and followed in the picture enlarged this many times: there
+are too few px of them, and of the skin between them, for a centroid."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -58,7 +53,7 @@ class BlobDetector(BaseModel):
     min_threshold, max_threshold, threshold_step
         Grey levels, 0 to 255.
     min_distance_px
-        Blobs nearer than this are taken for one, px.
+        Blobs nearer than this count as one, px.
     min_area_px2, max_area_px2
         Area of a marker, px^2.
     min_circularity, min_convexity, min_inertia_ratio
@@ -131,14 +126,14 @@ class DiscDetector(BaseModel):
         return self.model_copy(update=looser)
 
 
-def _kind(detector: object) -> str:
+def _name_kind(detector: object) -> str:
     is_disc = "radius_px" in detector if isinstance(detector, dict) else None
     return "disc" if is_disc or isinstance(detector, DiscDetector) else "blob"
 
 
 Detector = Annotated[
     Annotated[BlobDetector, Tag("blob")] | Annotated[DiscDetector, Tag("disc")],
-    Discriminator(_kind),
+    Discriminator(_name_kind),
 ]
 """The one with a `radius_px` is a `DiscDetector`."""
 
@@ -193,7 +188,7 @@ class Picture(BaseModel):
     turn: Literal[0, 90, 180, 270] = 0
 
     def shows(self, position: NDArray[np.floating]) -> NDArray[np.bool_]:
-        """Say which positions, shape (n, 2), px, lie where markers are looked for; shape (n,)."""
+        """Return which positions, (n, 2), px, lie where markers are looked for; shape (n,)."""
         shown = np.ones(len(position), dtype=bool)
         for key, (x, y, radius) in self.masks:
             inside = np.hypot(position[:, 0] - x, position[:, 1] - y) <= radius
@@ -201,7 +196,7 @@ class Picture(BaseModel):
         return shown
 
     def enlarged(self, times: int) -> Self:
-        """Return the same for a picture so many times as large."""
+        """Return the same for a picture this many times as large."""
 
         def larger(x: float, y: float, radius: float) -> Circle:
             return times * (x + 0.5) - 0.5, times * (y + 0.5) - 0.5, times * radius
@@ -217,7 +212,7 @@ class Picture(BaseModel):
         return kept + [("hide", circle) for circle in self.hide]
 
     def misplaced(self, width: float, height: float) -> str:
-        """Say which circle lies beside a picture of this size, and what was expected; or nothing.
+        """Say which circle lies outside a picture of this size, and what was expected; or nothing.
 
         Either side may be infinite.
         """
@@ -242,7 +237,7 @@ class Sensor(BaseModel):
         ``cells`` of a fingertip without markers: `rows` x `columns` parts of its picture.
     markers
         Where the markers of other layouts than square ones are at rest, px, in the order that
-        they keep; None where nobody has looked (``free`` only). Camera and fingertip may be
+        they keep; None where these are not known (``free`` only). Camera and fingertip may be
         turned against it.
     image
         Rows and columns of the tactile images of such a layout; None for as many as suit its
@@ -250,7 +245,7 @@ class Sensor(BaseModel):
     pitch_mm
         Distance of neighbouring markers on the skin, mm; None where it is not known.
     n_markers
-        How many markers there are; None where nobody has counted them (``free`` only).
+        How many markers there are; None where that is not known (``free`` only).
     width, height
         Size of the images for which the lengths in px hold; None for any.
     radius_px
@@ -403,87 +398,7 @@ def load_sensor(name_or_path: str | Path) -> Sensor:
     return as_form(read_toml(path, what), Sensor, path, what)
 
 
-# Which sensor each recording of a session was made with.
-
-USUAL = "tip_b"
-"""Where nothing names a sensor: the paper's."""
-
-
-@dataclass(frozen=True)
-class Sensors:
-    """The sensor of a session, and those of recordings that were made with another.
-
-    Attributes
-    ----------
-    usual
-        Of all recordings that name none of their own.
-    own
-        By the recording's name.
-    """
-
-    usual: Sensor
-    own: Mapping[str, Sensor] = field(default_factory=dict)
-
-    def list_names(self, session: Session) -> list[str]:
-        """Return the names of the sensors of a session's recordings, each once."""
-        return sorted({self.of(recording).name for recording in session.recordings})
-
-    def of(self, recording: Recording) -> Sensor:
-        """Return a recording's sensor, with the rest frame of this recording."""
-        sensor = self.own.get(recording.name, self.usual)
-        if recording.rest_frame is None:
-            return sensor
-        return sensor.model_copy(update={"rest_frame": recording.rest_frame})
-
-
-def sensors_of(session: Session, given: Sensor | None) -> Sensors:
-    """Return the sensors of a session.
-
-    Parameters
-    ----------
-    given
-        By the user, for this command: it goes before the session file's. None for what that says.
-
-    Raises
-    ------
-    InputError
-        If a sensor file is not what it should be, or one is given though recordings name theirs.
-    """
-    named = {r.name: r.sensor for r in session.recordings if r.sensor is not None}
-    if given is not None and named:
-        name, sensor = next(iter(named.items()))
-        found = f"{sensor} for {name} in {session.declared.file}"
-        raise InputError(
-            f"--sensor: expected a session whose recordings name no sensor, found {found}; leave it"
-        )
-    files = {sensor: load_sensor(sensor) for sensor in dict.fromkeys(named.values())}
-    own = {name: files[sensor] for name, sensor in named.items()}
-    if given is not None:
-        return Sensors(given)
-    if session.declared.sensor is not None:
-        try:
-            usual = load_sensor(sensor_named(session.root, session.declared.sensor))
-        except InputError as error:
-            where = session.root / session.declared.file
-            raise InputError(f"{where}, sensor {error}; mend it there, or give --sensor") from None
-        return Sensors(usual, own)
-    if len(own) == len(session.recordings):
-        return Sensors(next(iter(own.values())), own)
-    return Sensors(load_sensor(USUAL), own)
-
-
-def default_sentences(session: Session, given: Sensor | None) -> list[str]:
-    """Say that markers are taken to be the paper's, where nothing names the sensor of a video."""
-    named = given is not None or session.declared.sensor is not None
-    if named or all(r.video is None or r.sensor is not None for r in session.recordings):
-        return []
-    return [
-        f"No sensor is named, so the markers are taken to be those of the paper's, '{USUAL}'; if "
-        "yours is another, make its file with 'afferents calibrate' and give it with --sensor."
-    ]
-
-
-def sensor_in(wanted: "str | Path | Sensor") -> "Sensor":
+def resolve_sensor(wanted: str | Path | Sensor) -> Sensor:
     """Return the sensor, which may be given by its file or by the name of a packaged one.
 
     Raises

@@ -10,21 +10,21 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from afferents.markers.detect import Positions, find_markers, spacing_px
-from afferents.markers.grid import Grid, places_of, smooth
+from afferents.markers.grid import Grid, find_places, smooth
 from afferents.markers.sensor import Sensor
 from afferents.store.recording import GreyImage
 
 AROUND, AROUND_MOVED = 3.5, 0.7
-"""Only where a quarter of the markers within so many spacings moved by this share of one can a spot
-be told from a marker: next to the rim, which holds the skin, pins move little."""
+"""Only where a quarter of the markers within this many spacings moved by this share of one can a
+spot be told from a marker: next to the rim, which holds the skin, pins move little."""
 STAYED = 0.2
 """A spot is seen again within this share of the spacing of where it was."""
-LINK, BESIDE, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
+LINK, FAR_OUT, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
 """See `beyond_layout`: spacings to the next of a group and from its outline, share of the largest
 group, and how many there must be for one."""
 FIELD_LINK, FEWEST_IN_FIELD, LEAST_OF_LARGEST = 1.6, 6, 0.2
 """See `count_in_fields`: spacings to the next of a field, how many there must be for one, and what
-share of the largest: 6 specks at the rim of a real TacTip stand beside 100 pins."""
+share of the largest: 6 specks at the rim of a real TacTip stand next to 100 pins."""
 ALONE, APART, MOST_ALONE = 1.2, 1.0, 0.03
 """See `beyond_layout`: spacings to the nearest other, and from the outline, of one that is alone;
 with more of these than that share, the layout itself is as wide there."""
@@ -32,6 +32,11 @@ MOST_FRAMES, FEWEST_FRAMES = 12, 3
 """Frames, of those where the skin moved most, in which spots are looked for."""
 MOSTLY = 0.7
 """A spot stays in more than this share of them."""
+MOST_FALSE = 0.05
+"""With more blobs too many than this share of a layout, it is another sensor or a picture gone
+wrong."""
+GATE_SHARE = 0.4
+"""A marker lies within this share of the spacing of where smooth rows and columns meet."""
 
 
 @dataclass
@@ -55,7 +60,7 @@ class MovedFrames:
 
 
 def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[np.bool_]:
-    """Say which markers stay where they are while all round them move: spots of light.
+    """Return which markers stay where they are while all round them move: spots of light.
 
     A marker that its neighbours leave behind is lost to the tracker, and so is one that a
     reflection hides; the spot alone is still there to be seen at its place.
@@ -73,41 +78,31 @@ def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[n
     spacing = spacing_px(rest)
     near = cdist(rest, rest) < AROUND * spacing
     np.fill_diagonal(near, False)
-    asked, stayed = np.zeros(len(rest), int), np.zeros(len(rest), int)
+    judged, stayed = np.zeros(len(rest), int), np.zeros(len(rest), int)
     for _, image, position in moved.frames:
         away = np.hypot(*(position - rest).T)
-        around = _upper_quarter(np.where(near, away, np.nan))
+        # What a quarter of those around exceeds, NaN left out; 0 where there is nothing.
+        sorted_away = np.sort(np.where(near, away, np.nan), axis=1)  # NaN last
+        n = (~np.isnan(sorted_away)).sum(axis=1)
+        at = (3 * n // 4).clip(0, max(sorted_away.shape[1] - 1, 0))
+        around = np.nan_to_num(np.take_along_axis(sorted_away, at[:, None], axis=1)[:, 0])
         blobs, _ = find_markers(image, sensor)
         if len(blobs) == 0:
             continue
         there = cKDTree(blobs).query(rest)[0] < STAYED * spacing
         telling = around > AROUND_MOVED * spacing
-        asked += telling
+        judged += telling
         gone = away > STAYED * spacing
-        stayed += telling & there & ~gone & ~_others_there(position, rest, spacing)
-    still: NDArray[np.bool_] = (asked >= FEWEST_FRAMES) & (stayed > MOSTLY * asked)
+        came = away > AROUND_MOVED * spacing  # another marker, one that moved, may stand there
+        if came.any():
+            there &= cKDTree(position[came]).query(rest)[0] >= STAYED * spacing
+        stayed += telling & there & ~gone
+    still: NDArray[np.bool_] = (judged >= FEWEST_FRAMES) & (stayed > MOSTLY * judged)
     return still
 
 
-def _others_there(position: Positions, rest: Positions, spacing: float) -> NDArray[np.bool_]:
-    """Say at which places another marker, one that moved, has come to stand."""
-    came = np.hypot(*(position - rest).T) > AROUND_MOVED * spacing
-    if not came.any():
-        return np.zeros(len(rest), dtype=bool)
-    near: NDArray[np.bool_] = cKDTree(position[came]).query(rest)[0] < STAYED * spacing
-    return near
-
-
-def _upper_quarter(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what a quarter of each row exceeds, NaN left out; 0 where there is nothing."""
-    seen = np.sort(values, axis=1)  # NaN last
-    n = (~np.isnan(seen)).sum(axis=1)
-    at = (3 * n // 4).clip(0, max(seen.shape[1] - 1, 0))
-    return np.nan_to_num(np.take_along_axis(seen, at[:, None], axis=1)[:, 0])
-
-
 def beyond_layout(position: Positions) -> NDArray[np.bool_]:
-    """Say which of what was found lies beyond the layout, apart from it: specks at the rim.
+    """Return which of what was found lies beyond the layout, apart from it: specks at the rim.
 
     The layout is the largest group in which each has another within `LINK` spacings. What is of
     another group belongs to it if it lies inside its outline or near to it, as behind a reflection.
@@ -132,7 +127,7 @@ def beyond_layout(position: Positions) -> NDArray[np.bool_]:
     main = group == np.bincount(group).argmax()
     if main.mean() < LEAST_SHARE:
         return none
-    beyond: NDArray[np.bool_] = ~main & (_inside_px(position, main) < -BESIDE * spacing)
+    beyond: NDArray[np.bool_] = ~main & (_inside_px(position, main) < -FAR_OUT * spacing)
     alone = main & (tree.query(position, 2)[0][:, 1] > ALONE * spacing)
     if 0 < alone.sum() <= max(1, MOST_ALONE * len(position)):
         beyond |= alone & (_inside_px(position, main & ~alone) < -APART * spacing)
@@ -158,7 +153,7 @@ def count_in_fields(position: Positions) -> list[int]:
 
 
 def _groups(tree: cKDTree, link_px: float) -> NDArray[np.intp]:
-    """Return the group of each position, shape (n,): those linked by steps of so many px."""
+    """Return the group of each position, shape (n,): those linked by steps of this many px."""
     links = tree.sparse_distance_matrix(tree, link_px)
     return np.asarray(connected_components(links, directed=False)[1], np.intp)
 
@@ -167,15 +162,6 @@ def _inside_px(position: Positions, layout: NDArray[np.bool_]) -> NDArray[np.flo
     """Return how far each lies inside the outline of a layout, px; below 0 outside."""
     outline = cv2.convexHull(position[layout].astype(np.float32))
     return np.array([cv2.pointPolygonTest(outline, (x, y), True) for x, y in position])
-
-
-# More blobs than a square layout has markers: which of them are none.
-
-MOST_FALSE = 0.05
-"""With more blobs too many than this share of a layout, it is another sensor or a picture gone
-wrong."""
-GATE_SHARE = 0.4
-"""A marker lies within this share of the spacing of where smooth rows and columns meet."""
 
 
 def without_false_markers(position: Positions, rows: int, columns: int) -> Positions:
@@ -199,13 +185,13 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
         position = position[~beyond_layout(position)]
     if len(position) <= rows * columns:
         return position
-    row, column = places_of(position)
-    kept = np.flatnonzero(_fullest(row, rows) & _fullest(column, columns))
+    row, column = find_places(position)
+    kept = np.flatnonzero(_select_fullest(row, rows) & _select_fullest(column, columns))
     meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
     off = meet(np.stack([column[kept], row[kept]], axis=1)) - position[kept]
     gate = GATE_SHARE * spacing_px(position)
     kept = kept[np.hypot(*off.T) <= gate]
-    if not len(kept):  # no grid at all, which is said where places are given
+    if not len(kept):  # no grid at all, which is reported where places are given
         return position
     # What was left out bends the rows and columns no longer, nor is it counted as one of its own.
     meet = smooth(position[kept], Grid(row[kept], column[kept], float("nan")))
@@ -215,8 +201,8 @@ def without_false_markers(position: Positions, rows: int, columns: int) -> Posit
     return np.asarray(position[np.unique(nearest[np.isfinite(away)])])
 
 
-def _fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
-    """Say which blobs lie in the n neighbouring rows (or columns) that hold most."""
+def _select_fullest(place: NDArray[np.intp], n: int) -> NDArray[np.bool_]:
+    """Return which blobs lie in the n neighbouring rows (or columns) that hold most."""
     if place.max() < n:
         return np.ones(len(place), dtype=bool)
     first = int(np.convolve(np.bincount(place), np.ones(n, dtype=int), "valid").argmax())

@@ -1,4 +1,4 @@
-"""Tracks as they leave the tracker: with names, units, and a place for every frame."""
+"""Following every marker through a video: from its frames to tracks with names and units."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -24,26 +24,27 @@ from afferents.markers.detect import (
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    BITS,
     N_FIRST,
-    STALE,
     check_size,
     count_stale,
     find_rest_markers,
     median_picture,
     order_markers,
     rest_images,
-    rest_seen,
     too_short,
 )
+from afferents.markers.rest_report import BITS, STALE, rest_seen
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, make_grey
 
+KNOCK_PX = 5.0
+"""A common step beyond this within a frame is noted: something was knocked, or let go."""
 
-def labelled(
+
+def label_tracks(
     time_s: list[float], tracked: Sequence[Tracked], rest: Positions, grid: Grid | None
 ) -> xr.Dataset:
     """Put names, units and the untracked frames at the start to the arrays.
@@ -85,12 +86,6 @@ def labelled(
     places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
     roll = {"roll_deg": grid.roll_deg} if np.isfinite(grid.roll_deg) else {}
     return tracks.assign_coords(places).assign_attrs(roll)
-
-
-# Following every marker through a video.
-
-KNOCK_PX = 5.0
-"""A common step beyond this within a frame is told: something was knocked, or let go."""
 
 
 class Tracker:
@@ -190,7 +185,7 @@ class Tracker:
         return self._windowed.audit if self._windowed else Audit()
 
     def _find(self, image: GreyImage) -> Tracked:
-        """Find the markers of the first frame, which is taken for the skin at rest."""
+        """Find the markers of the first frame, which is assumed to show the skin at rest."""
         where, grey = "the first frame", make_grey(image, self._levels)
         first = self.sensor.model_copy(update={"rest_frame": 0})
         found = find_rest_markers([grey], first, where, self.method)
@@ -316,8 +311,8 @@ def track_markers(
         describes carry `row` and `column` on `marker`, their places in a tactile image; square
         ones also have their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
-        Of cells, `sa1` (time, marker) in grey levels besides; what is said here of markers is
-        said of them. `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
+        Of cells, `sa1` (time, marker) in grey levels besides; what holds here of markers holds
+        of them. `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
         `measure_quality`, those of `rest_seen` `rest_sentences`.
 
     Raises
@@ -328,9 +323,9 @@ def track_markers(
     """
     check_size(video.path, (video.width, video.height), sensor)
     if sensor.layout == dims.CELLS and (method != "windowed" or count_from is not None):
-        asked = "--rest reference" if count_from is not None else f"--tracker {method}"
+        option = "--rest reference" if count_from is not None else f"--tracker {method}"
         found = f"'{sensor.name}' of cells"
-        raise InputError(f"{asked}: expected a sensor with markers, found {found}; leave it out")
+        raise InputError(f"{option}: expected a sensor with markers, found {found}; leave it out")
     passed = _Passed()
     coming = passed.frames_of(video)
     at_rest = list(islice(coming, sensor.rest_frame + N_FIRST))[sensor.rest_frame :]
@@ -349,9 +344,16 @@ def track_markers(
     tracked, jumps_s = _follow(tracker, tracker.at_rest(present), chain(at_rest[1:], coming))
     if passed.stopped and not keep_partial:
         raise AfferentsError(passed.stopped)
-    _require_times_that_go_on(passed.time_s, video.path)
+    back = np.flatnonzero(~(np.diff(passed.time_s) > 0))  # as in some H.264 in avi
+    if len(back):
+        before, after = passed.time_s[back[0]], passed.time_s[back[0] + 1]
+        raise InputError(
+            f"{video.path}: expected frame times of which each is after the one before, found "
+            f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
+            "fps_hz into session.toml: times then count from it"
+        )
     rest = own if count_from is None else count_from
-    tracks = labelled(passed.time_s, tracked, rest, grid)
+    tracks = label_tracks(passed.time_s, tracked, rest, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(passed.change))
     return tracks.assign_attrs(
         sensor=sensor.name,
@@ -364,24 +366,6 @@ def track_markers(
         **({BITS: bits} if (bits := at_rest[0].bits) > 8 else {}),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
-
-
-def _require_times_that_go_on(time_s: Sequence[float], where: object) -> None:
-    """Refuse a video whose frames are not in order of time, such as some H.264 in avi.
-
-    Raises
-    ------
-    InputError
-        Naming the first frame that isn't.
-    """
-    back = np.flatnonzero(~(np.diff(time_s) > 0))
-    if len(back):
-        before, after = time_s[back[0]], time_s[back[0] + 1]
-        raise InputError(
-            f"{where}: expected frame times of which each is after the one before, found "
-            f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
-            "fps_hz into session.toml: times then count from it"
-        )
 
 
 @dataclass
@@ -423,7 +407,7 @@ class Begun(NamedTuple):
     grid
         Their places in a tactile image; None for layouts without.
     seen
-        What is to be said of light, focus and the rest frame, as attributes.
+        What to report of light, focus and the rest frame, as attributes.
     """
 
     tracker: Tracker | Cells

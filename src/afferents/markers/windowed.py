@@ -1,4 +1,11 @@
-"""Following markers by centroids in windows, and what is noticed on the way."""
+"""Following markers by centroids in windows round where they are expected.
+
+A marker is looked for where it was plus its last step. If the discs are not there, the common
+shift of all markers is searched, over more than the distance of two markers; if most are still
+not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
+(the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
+kept for each marker and follow the light.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +18,34 @@ from scipy.spatial import cKDTree
 from afferents.errors import InputError
 from afferents.markers import kernel
 from afferents.markers.detect import Positions, find_markers, without_shine
-from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
+from afferents.markers.link import NO_BLOB, link_one_to_one
 from afferents.markers.sensor import Sensor
+from afferents.markers.slips import SlipCheck
 from afferents.store.recording import GreyImage, make_grey
+
+N_NEIGHBOURS = 8
+"""Markers around a marker that say where it must be when it is lost."""
+EDGE_PX = 1.0
+"""A window is this much larger than the disc to every side, px."""
+WINDOW = 0.45
+"""Half a window is at most this share of the distance to the nearest marker, so that no two
+windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
+SAME_BLOB = 0.4
+"""Two markers nearer than this share of their distance at rest are on one blob."""
+SEARCH = 1.2
+"""The common shift is searched up to this multiple of the distance of markers."""
+FAR = 0.15
+"""A common step beyond this share of the search is not believed without one."""
+FAINT = 0.3
+"""A lost marker is there if it stands out by this share of what markers stand out by."""
+_FAR_RADII = 8.0
+"""Markers farther apart than this many radii are as good as alone."""
+_ENOUGH = 0.5
+"""Below this share of markers found the whole picture is searched."""
+_MOST = 0.9
+"""Below this share of markers found the picture may be damaged."""
+_CHECK, _LONGEST = 4, 64
+"""Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
 
 class Tracked(NamedTuple):
@@ -71,39 +103,6 @@ class Renamed(NamedTuple):
             frame.detected[self.which] = False
 
 
-# Following markers by centroids in windows round where they are expected.
-#
-# A marker is looked for where it was plus its last step. If the discs are not there, the common
-# shift of all markers is searched, over more than the distance of two markers; if most are still
-# not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
-# (the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
-# kept for each marker and follow the light.
-
-N_NEIGHBOURS = 8
-"""Markers around a marker that say where it must be when it is lost."""
-EDGE_PX = 1.0
-"""A window is this much larger than the disc to every side, px."""
-WINDOW = 0.45
-"""Half a window is at most this share of the distance to the nearest marker, so that no two
-windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
-SAME_BLOB = 0.4
-"""Two markers nearer than this share of their distance at rest are on one blob."""
-SEARCH = 1.2
-"""The common shift is searched up to this multiple of the distance of markers."""
-FAR = 0.15
-"""A common step beyond this share of the search is not believed without one."""
-FAINT = 0.3
-"""A lost marker is there if it stands out by this share of what markers stand out by."""
-_FAR_RADII = 8.0
-"""Markers farther apart than this many radii are as good as alone."""
-_ENOUGH = 0.5
-"""Below this share of markers found the whole picture is searched."""
-_MOST = 0.9
-"""Below this share of markers found the picture may be damaged."""
-_CHECK, _LONGEST = 4, 64
-"""Frames between two checks of names in doubt: at first, and at most while they prove right."""
-
-
 class Windowed:
     """Follows markers from frame to frame.
 
@@ -139,7 +138,10 @@ class Windowed:
         rest_image = without_shine(rest_image, sensor.looks)
         self._sign = 1.0 if sensor.looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
-        radius = _radius(make_grey(rest_image, levels), rest_position, sensor)
+        _, area = find_markers(make_grey(rest_image, levels), sensor)
+        if len(area) == 0:
+            raise InputError(f"the rest frame: expected {len(rest_position)} markers, found none")
+        radius = float(np.sqrt(np.median(area) / np.pi))
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
         self._farthest, self._nearest = WINDOW * distance, SAME_BLOB * distance
         self._reach = SEARCH * float(np.median(np.minimum(distance, _FAR_RADII * radius)))
@@ -275,7 +277,7 @@ class Windowed:
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
-        # Where a shifted part was taken for a jump, only better names show that it is none.
+        # Where a shifted part looked like a jump, only better names show that it is none.
         if better is not None and not self._lose_below_tear(better, position, found):
             self._rename(better, position, found)
         self._unchecked = 0
@@ -412,17 +414,3 @@ def nearest_markers(position: Positions) -> tuple[NDArray[np.float64], NDArray[n
     k = min(N_NEIGHBOURS + 1, len(position))
     distance, index = cKDTree(position).query(position, k=k)
     return distance[:, 1], np.ascontiguousarray(index[:, 1:], dtype=np.int64)
-
-
-def _radius(image: GreyImage, position: Positions, sensor: Sensor) -> float:
-    """Return the median radius of the blobs, px.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
-    _, area = find_markers(image, sensor)
-    if len(area) == 0:
-        raise InputError(f"the rest frame: expected {len(position)} markers, found none")
-    return float(np.sqrt(np.median(area) / np.pi))

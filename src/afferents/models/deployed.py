@@ -8,7 +8,7 @@ import xarray as xr
 from torch import Tensor, nn
 
 from afferents import dims
-from afferents.channels import channel_of
+from afferents.channels import find_channel
 from afferents.encodings.samples import Samples, speeds_told
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
@@ -198,7 +198,7 @@ class Recogniser(NamedTuple):
                 f"learnt from, found {samples.shape[1:]}; encode {self.card.channel} as the "
                 "card's 'encoding' says"
             )
-        learnt = channel_of(self.card.channel).name
+        learnt = find_channel(self.card.channel).name
         if (found := samples.attrs.get(dims.CHANNEL, learnt)) != learnt:
             raise InputError(f"samples: expected some of {learnt}, found some of {found}")
         learnt_mm_s = self.card.learnt_from_mm_s

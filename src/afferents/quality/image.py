@@ -94,14 +94,18 @@ def measure_image_quality(
         Distance of neighbouring markers, px; NaN for a single marker.
     """
     some = position[:: max(1, len(position) // _ENOUGH)]
-    distance, grey = _around(image, some, _ALONE_PX if math.isnan(spacing_px) else spacing_px)
-    place, profile = _radial_profile(distance, grey)
+    distance, grey = _sample_around(
+        image, some, _ALONE_PX if math.isnan(spacing_px) else spacing_px
+    )
+    place, profile = _measure_profile(distance, grey)
     disc, skin = float(profile[0]), float(np.median(profile[-2:]))
     brighter = grey[distance < 1.5] if disc > skin else grey[distance > place[-1] - _BIN_PX]
-    return ImageQuality(disc, skin, float((brighter >= SATURATED).mean()), _edge(place, profile))
+    return ImageQuality(
+        disc, skin, float((brighter >= SATURATED).mean()), _measure_edge(place, profile)
+    )
 
 
-def _around(
+def _sample_around(
     image: GreyImage, position: NDArray[np.float64], spacing_px: float
 ) -> tuple[NDArray[np.float64], GreyImage]:
     """Return distance to the nearest marker and grey level of the pixels round all markers."""
@@ -117,7 +121,7 @@ def _around(
     return (distance.ravel(), grey.ravel()) if inside.all() else (distance[inside], grey[inside])
 
 
-def _radial_profile(
+def _measure_profile(
     distance: NDArray[np.float64], grey: GreyImage
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the middles of the bins of distance that hold pixels, px, and their median grey."""
@@ -131,17 +135,13 @@ def _radial_profile(
     return np.asarray(seen * _BIN_PX + _BIN_PX / 2), np.asarray(profile, np.float64)
 
 
-def _edge(place: NDArray[np.float64], profile: NDArray[np.float64]) -> float:
+def _measure_edge(place: NDArray[np.float64], profile: NDArray[np.float64]) -> float:
     """Return the distance between 80% and 20% of the contrast, from the middle outwards."""
     share = (profile - profile[-1]) / (profile[0] - profile[-1] or 1.0)
-    high, low = (int(np.argmax(share < level)) for level in (0.8, 0.2))
-    if high == 0 or low == 0:
-        return float("nan")
-    return float(_crossing(place, share, low, 0.2) - _crossing(place, share, high, 0.8))
-
-
-def _crossing(
-    place: NDArray[np.float64], share: NDArray[np.float64], after: int, level: float
-) -> float:
-    step = share[after - 1] - share[after]
-    return float(place[after - 1] + _BIN_PX * (share[after - 1] - level) / step)
+    crossings_px = []
+    for level in (0.2, 0.8):
+        if (after := int(np.argmax(share < level))) == 0:
+            return float("nan")
+        step = share[after - 1] - share[after]
+        crossings_px.append(float(place[after - 1] + _BIN_PX * (share[after - 1] - level) / step))
+    return crossings_px[0] - crossings_px[1]

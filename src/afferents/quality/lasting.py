@@ -35,7 +35,7 @@ def lasting(
         Of each frame.
     part, least_s
         It must hold for at least so long without a break between these times; it may begin before
-        them and end after them. If it does so again within `GAP_S`, that is taken for one.
+        them and end after them. If it does so again within `GAP_S`, that counts as one.
     """
     edges = np.diff(np.r_[False, holds, False].astype(np.int8))
     begins_s = time_s[np.flatnonzero(edges == 1)]

@@ -12,10 +12,10 @@ from afferents.quality.lasting import lasting, sliding_part, span_text
 LOUDEST = 1.01
 """Full scale, and what conversions add to it: 8-bit integers divided by 127 reach 1.008."""
 RUN = 3
-"""A signal that is clipped stays at its extreme for so many samples at least,"""
+"""A signal that is clipped stays at its extreme for this many samples at least,"""
 STEEP = 4
-"""and comes there by a step of more than so many of the smallest steps that it makes: the top of a
-slow wave is flat too, but is reached by small ones."""
+"""and comes there by a step of more than this many of the smallest steps that it makes: the top of
+a slow wave is flat too, but is reached by small ones."""
 
 MUCH_CLIPPED = 1e-4
 """Share of clipped samples that is named."""
@@ -139,11 +139,11 @@ def measure_clipping(samples: Samples) -> float:
         return 0.0
     finest = float(steps[steps > 0].min())
     ends = samples.min(), samples.max()
-    n_clipped = sum(_clipped(samples == end, steps, finest) for end in ends)
+    n_clipped = sum(_count_clipped(samples == end, steps, finest) for end in ends)
     return n_clipped / len(samples)
 
 
-def _clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
+def _count_clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
     """Count the samples in runs at an extreme that are reached or left by a large step."""
     edges = np.diff(np.r_[False, at_end, False].astype(np.int8))
     first, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import channel_of
+from afferents.channels import find_channel
 from afferents.choices import Cut
 from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
@@ -171,7 +171,7 @@ def _choose_examples(card: Card, data: OpenedData, cut: Cut, progress: Progress)
         )
     unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
     recordings = unseen or known
-    source = Source(channel_of(card.channel), read_encoding(card.encoding, "the model's card"))
+    source = Source(find_channel(card.channel), read_encoding(card.encoding, "the model's card"))
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [

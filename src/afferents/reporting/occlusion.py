@@ -19,7 +19,7 @@ from afferents import dims
 from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.samples import Samples
 from afferents.evaluation.data import Source
-from afferents.markers.places import images_of
+from afferents.markers.places import make_images
 from afferents.rig.surface import Drum
 from afferents.store.recording import spacing_mm
 
@@ -158,7 +158,7 @@ def lose_parts(predict: Predict, examples: Examples) -> dict[str, xr.DataArray]:
             found["markers"] = _mean_by_texture(examples, lost, _grid(shape))
         elif examples.places is not None:  # a marker and its nearest; pixels of none are 0
             lost = without(neighbourhoods(*examples.places, PATCH**2), still)
-            images = images_of(lost.T, *examples.places).astype(np.float64)
+            images = make_images(lost.T, *examples.places).astype(np.float64)
             flat = images.reshape(len(images), -1).T
             found["markers"] = _mean_by_texture(examples, flat, _grid(images.shape[1:]))
     if dims.FREQUENCY in samples.dims:

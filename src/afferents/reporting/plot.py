@@ -18,7 +18,7 @@ from afferents.evaluation import metrics
 from afferents.evaluation.results import Results
 from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, key_of, order
-from afferents.markers.places import covered, images_of
+from afferents.markers.places import covered, make_images
 from afferents.reporting import draw, labels, style
 from afferents.reporting.style import BLUE, GREEN, LINE, VERMILION, styled
 from afferents.store.recording import Frame, GreyImage, natural_order
@@ -442,8 +442,10 @@ def _lay_out(image: xr.DataArray) -> NDArray[np.float32]:
     row, column = image[dims.ROW].values, image[dims.COLUMN].values
     values = fill_frames(image.values[None], np.stack([row, column], axis=1))
     lost = np.isnan(values)
-    shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
-    return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
+    shown = covered(row, column) & (make_images(lost, row, column)[0] == 0)
+    return np.where(
+        shown, make_images(np.where(lost, 0, values), row, column)[0], np.float32(np.nan)
+    )
 
 
 def _read_rate(response: xr.DataArray) -> float:

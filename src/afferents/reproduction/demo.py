@@ -12,7 +12,7 @@ from afferents.models.export import export
 from afferents.models.model import BEST, MODELS
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate_session
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 from afferents.store.zarr_store import holds_all
 
 DEMO_STORE = Path("out/demo/session.zarr")
@@ -44,7 +44,7 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
 
 def _simulate_store(folder: Path, progress: Progress) -> Path:
     progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
-    simulation = simulation_of(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
+    simulation = make_simulation(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
     simulate_session(simulation, None, progress)
     progress.note("following the markers in its videos")
     store = folder / "session.zarr"

@@ -24,7 +24,7 @@ from afferents.evaluation.plan import read_lengths
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
 from afferents.files import Place
-from afferents.markers.sensor import sensor_in
+from afferents.markers.sensor import resolve_sensor
 from afferents.models.model import BEST, choose_models, list_names
 from afferents.progress import Progress
 from afferents.recordings.check import ClipFile
@@ -33,9 +33,9 @@ from afferents.recordings.session import Session
 from afferents.reporting.published import remaining_discrepancies
 from afferents.reporting.report import report
 from afferents.reproduction.run_folder import RunFolder, RunState
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 from afferents.rig.simulate import simulate_session
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 from afferents.store.responses import label
 from afferents.store.trimming import cut_audio, cut_frames
 from afferents.store.zarr_store import is_whole
@@ -203,8 +203,8 @@ def _simulate(run: RunFolder, size: Size, options: Options, seed: int, progress:
         raise InputError(
             f"--cut published: expected {expected}, found --size {size}; or use --cut all"
         )
-    sensor = sensor_in(options.get("sensor", "tip_b"))
-    wanted = simulation_of(run.session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
+    sensor = resolve_sensor(options.get("sensor", "tip_b"))
+    wanted = make_simulation(run.session, size, seed=seed, rig=make_rig(sensor), sensor=sensor.name)
     return simulate_session(wanted, options.get("workers"), progress)
 
 

@@ -74,11 +74,11 @@ from .surface import (
     bumped_surface as bumped_surface,
 )
 from .surface import (
-    felt as felt,
-)
-from .surface import (
     mapped_surface as mapped_surface,
 )
 from .surface import (
     read_height_map as read_height_map,
+)
+from .surface import (
+    soft_maximum as soft_maximum,
 )

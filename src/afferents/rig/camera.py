@@ -16,6 +16,22 @@ Points = NDArray[np.float64]
 """Shape (..., 2)."""
 
 _OUTER_PX, _OUTER_OF_PX = 280.0, 640
+_PER_GREY = 32
+"""Pictures are summed in this many parts of a grey level, which fit 16 bits with room to spare."""
+_LOUDEST_GREY = 500.0
+"""Noise beyond this is cut off, for the same reason; the picture has 256 grey levels."""
+_PLACES = 1 << 18
+"""Noise is drawn once and read from one of this many places for each frame."""
+_REACH_PX = 3.0
+"""The edge of a disc is blurred no farther than this."""
+_EDGE_STEPS = 64
+"""Values a px in the table of a disc's edge."""
+_STEPS = 64
+"""A disc is drawn once for each of this many places within a pixel, along x and along y."""
+_FULL = 255
+"""A stamp's value where the disc covers the whole pixel."""
+_LANES = 8
+"""Stamps are a multiple of this wide, which suits processors."""
 
 
 class RigCamera(BaseModel):
@@ -104,31 +120,11 @@ def project(position_mm: Points, camera: RigCamera) -> Points:
     return np.asarray(camera.centre_px + ideal * (1 - camera.barrel * radius2))
 
 
-# Pictures of the pins: white discs on dark skin, as the camera's sensor sees them.
-#
-# A picture is summed in whole 1/32 grey levels: the lit skin with the sensor's noise, then every
-# disc in a window of its own.
-
-_PER_GREY = 32
-"""Pictures are summed in this many parts of a grey level, which fit 16 bits with room to spare."""
-_LOUDEST_GREY = 500.0
-"""Noise beyond this is cut off, for the same reason; the picture has 256 grey levels."""
-_PLACES = 1 << 18
-"""Noise is drawn once and read from one of so many places for each frame."""
-_REACH_PX = 3.0
-"""The edge of a disc is blurred no farther than this."""
-_EDGE_STEPS = 64
-"""Values a px in the table of a disc's edge."""
-_STEPS = 64
-"""A disc is drawn once for each of so many places within a pixel, along x and along y."""
-_FULL = 255
-"""A stamp's value where the disc covers the whole pixel."""
-_LANES = 8
-"""Stamps are a multiple of this wide, which suits processors."""
-
-
 class Renderer:
     """Draws frames of a number of discs.
+
+    A picture is summed in whole 1/32 grey levels: the lit skin with the sensor's noise, then every
+    disc in a window of its own.
 
     Parameters
     ----------
@@ -142,7 +138,11 @@ class Renderer:
         """Draw the noise and light the empty skin."""
         self.camera = camera
         self._rng = np.random.default_rng(seed)
-        light = _light(camera)
+        y, x = np.indices((camera.height, camera.width))
+        (centre_x, centre_y), outer_px = camera.centre_px, camera.outer_px
+        radius2 = ((x - centre_x) ** 2 + (y - centre_y) ** 2) / outer_px**2
+        # How brightly the ring lights each pixel, 1 in the middle.
+        light = np.asarray(np.maximum(1 - camera.falloff * radius2, 0), np.float32)
         self._skin = _parts(light * camera.skin_grey)
         self._contrast = _parts(light * (camera.marker_grey - camera.skin_grey))
         noise = self._rng.standard_normal(light.size + _PLACES, dtype=np.float32)
@@ -175,14 +175,6 @@ class Renderer:
 def _parts(grey: NDArray[np.float32]) -> NDArray[np.int16]:
     """Return grey levels in whole parts of a level."""
     return np.rint(np.clip(grey, -_LOUDEST_GREY, _LOUDEST_GREY) * _PER_GREY).astype(np.int16)
-
-
-def _light(camera: RigCamera) -> NDArray[np.float32]:
-    """Return how brightly the ring lights each pixel, 1 in the middle, (height, width)."""
-    y, x = np.indices((camera.height, camera.width))
-    centre = camera.centre_px
-    radius2 = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / camera.outer_px**2
-    return np.asarray(np.maximum(1 - camera.falloff * radius2, 0), np.float32)
 
 
 @lru_cache(maxsize=4)

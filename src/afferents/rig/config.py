@@ -118,7 +118,7 @@ HARD = {
     "falloff": 0.4,
     "barrel": 0.03,
 }
-"""Strengths of a rig put together in haste: the paper's is too easy for models beyond its own.
+"""Strengths of a rig mounted in a hurry: the paper's is too easy for models beyond its own.
 
 Frozen before any model had learnt from it, and not to be tuned.
 """

@@ -33,8 +33,8 @@ _STOPPED_S, _BACK_S = 0.5, 0.6
 _OFF_MM = 3.0
 """The drum's distance from the skin before it is brought on."""
 SWEEP_S, PLATEAU_S, DEEPER_S = 6.0, 1.0, 3.7
-"""A sweep's speed goes up and down in so long, and stays so long at either end; its depth in so
-long, which is no fraction of the speed's, so that depths meet all speeds."""
+"""A sweep's speed goes up and down in this time, and stays this long at either end; its depth in a
+time which is no fraction of the speed's, so that depths meet all speeds."""
 DEEPER, CHANGE = 0.2, 0.2
 """How much deeper or less deep than usual a slide is at most on average, and how far its depth then
 goes up and down, as shares of the usual depth."""
@@ -180,7 +180,11 @@ def turn(
     motor = drive.motor_ripple * np.sin(MOTOR_TURNS * nominal + motor_phase)
     speed = speed_mm_s * ramp * (1 + ripple + motor)
     back_mm = drive.back_mm * (1 + drive.back_spread * rng.uniform(-1, 1))
-    earlier = _stopping(before, rate_hz, back_mm)
+    # Before the run the drum slides, stops, and goes back a little.
+    early = (np.arange(before) + 1) / rate_hz
+    slides = 1 - _ramp(early, _STOPPED_S - 0.1, _STOPPED_S)
+    going = np.gradient(_ramp(early, _STOPPED_S, _BACK_S)) * rate_hz if before else early
+    earlier = _BEFORE_MM_S * slides - back_mm * going
     speed = np.concatenate([earlier, speed])
     way = np.cumsum(speed) / rate_hz
     angle = start_rad + (way - earlier.sum() / rate_hz) / drum_radius_mm
@@ -192,14 +196,6 @@ def turn(
     if not contact_at_rest:
         pressed = pressed - _OFF_MM * (1 - _ramp(time, STILL_S, PRESSED_S))
     return Turning(time, angle, speed, pressed)
-
-
-def _stopping(n: int, rate_hz: float, back_mm: float) -> Values:
-    """Return the speed before a run, mm/s: the drum slides, stops, and goes back a little."""
-    time = (np.arange(n) + 1) / rate_hz
-    slides = 1 - _ramp(time, _STOPPED_S - 0.1, _STOPPED_S)
-    going = np.gradient(_ramp(time, _STOPPED_S, _BACK_S)) * rate_hz if n else time
-    return np.asarray(_BEFORE_MM_S * slides - back_mm * going)
 
 
 def _ramp(time: Values, start_s: float, stop_s: float) -> Values:

@@ -1,7 +1,8 @@
-"""Drums to print: a surface wrapped round a cylinder with a bore, as a watertight STL.
+"""Drums by their names, and to print: letters of the paper, bump spacings, maps of heights.
 
-The mesh is a closed loop of rings: along the surface from one end of the drum to the other, back
-along the bore. All rings have as many points, and each is joined to the next.
+A drum to print is its surface wrapped round a cylinder with a bore, as a watertight STL. The mesh
+is a closed loop of rings: along the surface from one end of the drum to the other, back along the
+bore. All rings have as many points, and each is joined to the next.
 """
 
 import re
@@ -22,11 +23,14 @@ Ring = NDArray[np.float32]
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL."""
 _LEAST_WALL_MM = 2.0
+_SAMPLES_A_BUMP = 4
+_COARSEST = 4
+"""The surface's samples lie 0.05 mm apart; no drum is printed finer than every fourth needs."""
 _HEADER = f"{MARK}: a textured drum, binary STL in mm, axis along z".encode()
 
 
 def is_drum(path: Path) -> bool:
-    """Tell whether a file is a drum that `write_stl` wrote."""
+    """Return whether a file is a drum that `write_stl` wrote."""
     return has_mark(path, _HEADER.decode())
 
 
@@ -60,7 +64,7 @@ def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: i
         file.write(np.uint32(2 * n_along * n_rings).tobytes())
         first_mm, pitch_mm = surface.pitch_mm[1] / 2, surface.pitch_mm[1] * every
         place_mm = first_mm + pitch_mm * np.arange(n_across)
-        rings = _rings(heights, place_mm, surface.width_mm, drum.diameter_mm / 2, bore_mm / 2)
+        rings = _draw_rings(heights, place_mm, surface.width_mm, drum.diameter_mm / 2, bore_mm / 2)
         first = previous = next(rings)
         for ring in rings:
             _join(previous, ring).tofile(file)
@@ -68,7 +72,7 @@ def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: i
         _join(previous, first).tofile(file)
 
 
-def _rings(
+def _draw_rings(
     heights: NDArray[np.float32],
     place_mm: NDArray[np.floating],
     width_mm: float,
@@ -103,13 +107,6 @@ def _join(near: Ring, far: Ring) -> NDArray[np.void]:
     facets["corners"] = corners
     facets["normal"] = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     return facets
-
-
-# Drums by their names: letters of the paper, bump spacings, and maps of heights.
-
-_SAMPLES_A_BUMP = 4
-_COARSEST = 4
-"""The surface's samples lie 0.05 mm apart; no drum is printed finer than every fourth needs."""
 
 
 def texture_name(texture: str, maps: Collection[str]) -> str:

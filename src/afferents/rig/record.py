@@ -1,10 +1,11 @@
-"""Videos: JPEGs in mp4, as cameras give them, with the times at which the frames were taken.
+"""Recording the rig: a run becomes a folder with its video, sound, logs and truth.
 
-A frame is coded by itself. So no motion is held back, as by encoders that skip what hardly changed,
+Videos are JPEGs in mp4, as cameras give them, with the times at which the frames were taken. A
+frame is coded by itself. So no motion is held back, as by encoders that skip what hardly changed,
 and the marker noise of the camera arrives as it was drawn.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -21,7 +22,14 @@ from afferents.rig.camera import Renderer, RigCamera, project
 from afferents.rig.config import Rig
 from afferents.rig.drive import Slide
 from afferents.rig.microphone import write_wav
-from afferents.rig.run import CAMERA, MARKERS, Simulated, others_of, random_of, simulate_run
+from afferents.rig.run import (
+    CAMERA,
+    MARKERS,
+    Simulated,
+    distinguish_run,
+    make_generator,
+    simulate_run,
+)
 from afferents.rig.surface import Surface
 from afferents.store.drum_path import CONTACT_MM, DRIVE, MARK, Drum
 from afferents.store.log import write_log
@@ -29,6 +37,15 @@ from afferents.store.recording import GreyImage
 
 _TICKS_HZ = 90_000
 _TIME_BASE = Fraction(1, _TICKS_HZ)
+VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
+TIME, ARM_LOGS = "timestamp", tuple(str(log["file"]) for log in LOGS)
+"""Of the logs of an arm: pose and force."""
+RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE, *ARM_LOGS)
+"""Says which folder is an earlier recording, that may be replaced."""
+_TIP = 361
+"""There is one fingertip: how its markers look is drawn from this seed, and no other."""
+REFERENCE_S = 0.5
+"""Length of the reference clip of the skin at rest, s."""
 
 
 def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: RigCamera) -> None:
@@ -60,19 +77,6 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ri
             container.mux(packet)
 
 
-# Recording the rig: a run becomes a folder with its video, sound, drive's log and truth.
-
-VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
-TIME, ARM_LOGS = "timestamp", tuple(str(log["file"]) for log in LOGS)
-"""Of the logs of an arm: pose and force."""
-RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE, *ARM_LOGS)
-"""Says which folder is an earlier recording, that may be replaced."""
-_TIP = 361
-"""There is one fingertip: how its markers look is drawn from this seed, and no other."""
-REFERENCE_S = 0.5
-"""Length of the reference clip of the skin at rest, s."""
-
-
 def record(
     rig: Rig,
     folder: Path,
@@ -94,7 +98,7 @@ def record(
     folder
         `<texture>/<speed>` of a session.
     reference
-        Whether the clip of the skin at rest is written beside it, as in the published session's
+        Whether the clip of the skin at rest is written next to it, as in the published session's
         first folder.
     again, slide
         As of `simulate_run`.
@@ -108,47 +112,31 @@ def record(
     """
     run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again, slide)
     position_px = project(run.position_mm, rig.camera)
-    _require_inside(position_px, rig, folder)
+    radius = rig.camera.marker_diameter_mm * rig.camera.px_per_mm / 2
+    size = np.array([rig.camera.width, rig.camera.height])
+    outside = ((position_px < radius) | (position_px > size - 1 - radius)).any(axis=(0, 2))
+    if outside.any():
+        raise InputError(
+            f"{folder}: expected pins that stay in the picture, found {int(outside.sum())} that "
+            "leave it; press less deep, or lower px_per_mm"
+        )
     filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed, again)
     with write_aside(folder, RECORDED) as partial:
         partial.mkdir()
+        films = [(VIDEO, texture, speed_mm_s, len(run.time_s))]
         if reference:
-            still = round(REFERENCE_S * rig.camera.fps_hz)
-            write_film(
-                partial / REFERENCE,
-                _frames(rig, run.time_s, filmed_px, still, seed, again, "rest", 1),
-                rig.camera,
-            )
-        n = len(run.time_s)
-        write_film(
-            partial / VIDEO,
-            _frames(rig, run.time_s, filmed_px, n, seed, again, texture, speed_mm_s),
-            rig.camera,
-        )
+            films.append((REFERENCE, "rest", 1, round(REFERENCE_S * rig.camera.fps_hz)))
+        for name, shown, speed, n in films:
+            rng = make_generator(seed, shown, speed, CAMERA, distinguish_run(rig, seed, again))
+            renderer = Renderer(rig.camera, int(rng.integers(2**31)))
+            frames = zip(run.time_s[:n].tolist(), map(renderer.draw, filmed_px[:n]), strict=True)
+            write_film(partial / name, frames, rig.camera)
         write_wav(partial / AUDIO, run.room, run.sensor)
         if run.arm is None:
             write_way(partial / DRIVE, run, rig.drum.diameter_mm)
         else:
             write_arm(partial, *run.arm)
         write_truth(partial / TRUTH, run, position_px)
-
-
-def _frames(
-    rig: Rig,
-    time_s: NDArray[np.float64],
-    position_px: NDArray[np.float64],
-    n: int,
-    seed: int,
-    again: int,
-    texture: str,
-    speed_mm_s: float,
-) -> Iterator[tuple[float, GreyImage]]:
-    """Draw the first n frames, one at a time."""
-    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, others_of(rig, seed, again))
-    noise = int(of_camera.integers(2**31))
-    renderer = Renderer(rig.camera, noise)
-    for i in range(n):
-        yield float(time_s[i]), renderer.draw(position_px[i])
 
 
 def filmed_positions(
@@ -164,7 +152,7 @@ def filmed_positions(
     true_px = project(position_mm, camera)
     unequal = np.random.default_rng(_TIP).standard_normal(true_px.shape[1])
     size = camera.marker_noise_px * np.exp(camera.marker_unequal * unequal)
-    rng = random_of(seed, texture, speed_mm_s, MARKERS, others_of(rig, seed, again))
+    rng = make_generator(seed, texture, speed_mm_s, MARKERS, distinguish_run(rig, seed, again))
     return np.asarray(true_px + rng.standard_normal(true_px.shape) * size[:, None])
 
 
@@ -208,15 +196,3 @@ def write_arm(folder: Path, *logs: NDArray[np.float64]) -> None:
 def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:
     """Keep thousandths (1/1024): what no camera sees only costs disk."""
     return np.asarray(np.rint(value * 1024) / 1024, np.float32)
-
-
-def _require_inside(position_px: NDArray[np.float64], rig: Rig, folder: Path) -> None:
-    """Refuse constants that push pins out of the picture."""
-    radius = rig.camera.marker_diameter_mm * rig.camera.px_per_mm / 2
-    size = np.array([rig.camera.width, rig.camera.height])
-    outside = ((position_px < radius) | (position_px > size - 1 - radius)).any(axis=(0, 2))
-    if outside.any():
-        raise InputError(
-            f"{folder}: expected pins that stay in the picture, found {int(outside.sum())} that "
-            "leave it; press less deep, or lower px_per_mm"
-        )

@@ -1,4 +1,7 @@
-"""One run of the rig: a drum at a speed, with what differs from run to run drawn from the seed."""
+"""One run of the rig: a drum at a speed, with what differs from run to run drawn from the seed.
+
+Before a run the fingertip may be tapped with something smooth, while no drum touches it (`tap`).
+"""
 
 import math
 import zlib
@@ -16,17 +19,21 @@ from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
 from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
-from afferents.rig.surface import Surface, bumped_surface, felt
+from afferents.rig.surface import Surface, bumped_surface, soft_maximum
 
 STABLE = 1.5
 """The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
 
 SPARE_S = 0.25
-"""How much longer than asked a run lasts, so that the clock of the sound may begin later, s."""
+"""How much longer than requested a run lasts, so that the clock of the sound may begin later, s."""
 POSE_HZ, FORCE_HZ = 125.0, 500.0
 """How often an arm that makes a sweep logs its pose, and its sensor forces."""
 _BLOCK = round(PHYSICS_RATE_HZ)
 _NEVER = np.empty(0)
+_OFF_MM = 3.0
+DEPTH_MM = 0.5
+WIDTH_S = 0.1
+"""Of a tap, on average: how deep it goes, and how long it takes with the way there and back."""
 
 
 class Drawn(NamedTuple):
@@ -91,7 +98,7 @@ class Simulated(NamedTuple):
     arm: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
-def random_of(
+def make_generator(
     seed: int,
     texture: str | None,
     speed_mm_s: float | None,
@@ -105,7 +112,7 @@ def random_of(
     texture, speed_mm_s
         Of a run. None for both is for the session, None for the speed for all runs of a drum.
     others
-        What makes it another run or drum, see `others_of`.
+        What makes it another run or drum, see `distinguish_run`.
     """
     words = [seed, use]
     if texture is not None:
@@ -115,7 +122,7 @@ def random_of(
     return np.random.default_rng([*words, *others])
 
 
-def others_of(rig: Rig, seed: int, again: int = 0) -> list[int]:
+def distinguish_run(rig: Rig, seed: int, again: int = 0) -> list[int]:
     """Return what makes a run of a drum at a speed another one: depth, print, and which time.
 
     Nothing for the usual depth, the print of the seed's number, and the first time.
@@ -123,13 +130,13 @@ def others_of(rig: Rig, seed: int, again: int = 0) -> list[int]:
     words = []
     if rig.mounting.indentation_mm != Mounting().indentation_mm:
         words.append(round(1000 * rig.mounting.indentation_mm))
-    words += _print_of(rig, seed)
+    words += _distinguish_print(rig, seed)
     if again:
         words += [_AGAIN, again]
     return words
 
 
-def _print_of(rig: Rig, seed: int) -> list[int]:
+def _distinguish_print(rig: Rig, seed: int) -> list[int]:
     return [_PRINT, rig.drum.prints] if rig.drum.prints != seed else []
 
 
@@ -153,17 +160,20 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
     """
     mount = rig.mounting
     run = (texture, speed_mm_s)
-    others = others_of(rig, seed, again)
+    others = distinguish_run(rig, seed, again)
     levels: dict[Remount, tuple[tuple[str | None, float | None], Sequence[int]]] = {
         "session": ((None, None), ()),
-        "drum": ((texture, None), others_of(rig, seed)),  # mounted once, however often it turns
+        "drum": (
+            (texture, None),
+            distinguish_run(rig, seed),
+        ),  # mounted once for all turns
         "run": (run, others),
     }
     level, mounted = levels[mount.remount]
-    of_mounting = random_of(seed, *level, _MOUNTING, mounted)
-    of_material = random_of(seed, None, None, _MATERIAL)
-    of_drum = random_of(seed, texture, None, _RUN_OUT, _print_of(rig, seed))
-    of_run = random_of(seed, *run, _RUN, others)
+    of_mounting = make_generator(seed, *level, _MOUNTING, mounted)
+    of_material = make_generator(seed, None, None, _MATERIAL)
+    of_drum = make_generator(seed, texture, None, _RUN_OUT, _distinguish_print(rig, seed))
+    of_run = make_generator(seed, *run, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     depth_mm = mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm))
@@ -215,7 +225,7 @@ def simulate_run(
         If the constants make the steps unstable, or the run comes out as no numbers.
     """
     drawn = draw(rig, texture, speed_mm_s, seed, again)
-    others = others_of(rig, seed, again)
+    others = distinguish_run(rig, seed, again)
     check_step(rig)
     turning = turn(
         speed_mm_s,
@@ -226,16 +236,16 @@ def simulate_run(
         drawn.run_out_mm,
         rig.mounting.contact_at_rest,
         PHYSICS_RATE_HZ,
-        random_of(seed, texture, speed_mm_s, _DRIVE, others),
+        make_generator(seed, texture, speed_mm_s, _DRIVE, others),
         slide,
     )
-    of_camera = random_of(seed, texture, speed_mm_s, CAMERA, others)
+    of_camera = make_generator(seed, texture, speed_mm_s, CAMERA, others)
     time = frame_times(rig, seconds, of_camera)
-    rng = random_of(seed, texture, speed_mm_s, _SOUND, others)
-    return _recorded(rig, drawn, surface, turning, time, seconds, rng, slide)
+    rng = make_generator(seed, texture, speed_mm_s, _SOUND, others)
+    return _take_up(rig, drawn, surface, turning, time, seconds, rng, slide)
 
 
-def _recorded(
+def _take_up(
     rig: Rig,
     drawn: Drawn,
     surface: Surface,
@@ -299,7 +309,7 @@ def press(
     force_s: NDArray[np.float64] = _NEVER,
 ) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time; its wrench is taken at `force_s`."""
-    nodules = felt(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
+    nodules = soft_maximum(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
     factor = drawn.friction * nodules.friction_factor
     skin = rig.skin.model_copy(update={"friction": rig.skin.friction * factor})
     lattice = SkinOnDrum(
@@ -379,14 +389,6 @@ def listen(
     return np.concatenate([quiet, sensor])[max(0, first) :][:n], room
 
 
-# Taps on the fingertip with something smooth, while no drum touches it.
-
-_OFF_MM = 3.0
-DEPTH_MM = 0.5
-WIDTH_S = 0.1
-"""Of a tap, on average: how deep it goes, and how long it takes with the way there and back."""
-
-
 def tap(
     rig: Rig,
     texture: str,
@@ -417,8 +419,8 @@ def tap(
     sooner_mm = rig.microphone.y_mm**2 / (2 * rig.skin.tip_radius_mm)  # than the middle is met
     drawn = draw(rig, texture, speed_mm_s, seed, again)
     drawn = drawn._replace(tilt_rad=(0.0, towards), clock_offset_s=0.0)
-    others = others_of(rig, seed, again)
-    rng = random_of(seed, texture, speed_mm_s, TAPS, others)
+    others = distinguish_run(rig, seed, again)
+    rng = make_generator(seed, texture, speed_mm_s, TAPS, others)
     time = (np.arange(round((seconds + SPARE_S) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)
     for at in at_s:
@@ -428,6 +430,6 @@ def tap(
         pressed = np.maximum(pressed, share * (_OFF_MM + deepest) - _OFF_MM)
     still = np.zeros(len(time))
     turning = Turning(time, still + drawn.start_rad, still, pressed)
-    frames = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA, others))
+    frames = frame_times(rig, seconds, make_generator(seed, texture, speed_mm_s, CAMERA, others))
     smooth = bumped_surface(0.0, rig.drum)
-    return _recorded(rig, drawn, smooth, turning, frames, seconds, rng)
+    return _take_up(rig, drawn, smooth, turning, frames, seconds, rng)

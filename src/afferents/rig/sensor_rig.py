@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from afferents.documents import reason_in
 from afferents.errors import InputError, then
-from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.detect import spacing_px
 from afferents.markers.sensor import BlobDetector, Sensor
 from afferents.rig.camera import RigCamera
 from afferents.rig.config import Rig
@@ -18,7 +18,7 @@ _SQUARE_SHARE = 0.8
 """Of the picture's smaller side that a square layout takes up, whose file does not say where."""
 
 
-def rig_of(sensor: Sensor) -> Rig:
+def make_rig(sensor: Sensor) -> Rig:
     """Return a rig whose skin has the sensor's pins, and whose camera sees them as it does.
 
     Pins stand where the sensor file's markers are, in the same order, with their middle on the
@@ -38,26 +38,31 @@ def rig_of(sensor: Sensor) -> Rig:
     seen = (*size, bool(sensor.looks.blob_colour), sensor.lens)
     if is_own and seen == (RigCamera().width, RigCamera().height, True, None):
         return Rig()
-    pitch = _require(sensor)
+    pitch = _require_pitch(sensor)
     if sensor.layout == "square":
-        pins = _square_mm(sensor, pitch)
+        assert sensor.rows is not None
+        assert sensor.columns is not None
+        y, x = np.indices((sensor.rows, sensor.columns))
+        place_mm = np.stack([x.ravel(), y.ravel()], axis=1).astype(np.float64) * pitch
+        pins = place_mm - place_mm.mean(axis=0)
         px_per_mm = float(_SQUARE_SHARE * (size / np.ptp(pins, axis=0)).min())
     else:
-        px_per_mm = spacing_px(np.array(sensor.markers)) / pitch
-        pins = _middled(np.array(sensor.markers)) / px_per_mm
+        markers = np.array(sensor.markers)
+        px_per_mm = spacing_px(markers) / pitch
+        pins = (markers - markers.mean(axis=0)) / px_per_mm
     try:
         return Rig(
             skin=Skin(pins_mm=tuple((round(float(x), 4), round(float(y), 4)) for x, y in pins)),
-            camera=_camera(sensor, px_per_mm, size),
+            camera=_make_camera(sensor, px_per_mm, size),
         )
     except ValidationError as error:
-        said = reason_in(error.errors()[0])
+        found = reason_in(error.errors()[0])
         raise InputError(
-            f"sensor '{sensor.name}': expected pins that the rig can have, found {said}"
+            f"sensor '{sensor.name}': expected pins that the rig can have, found {found}"
         ) from None
 
 
-def _require(sensor: Sensor) -> float:
+def _require_pitch(sensor: Sensor) -> float:
     """Return the distance of the pins, mm, of a sensor that the rig can have."""
     where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
     if sensor.pitch_mm is None:
@@ -75,19 +80,7 @@ def _require(sensor: Sensor) -> float:
     return sensor.pitch_mm
 
 
-def _square_mm(sensor: Sensor, pitch_mm: float) -> Positions:
-    """Return the pins of a square layout row by row, (n, 2), mm."""
-    assert sensor.rows is not None
-    assert sensor.columns is not None
-    y, x = np.indices((sensor.rows, sensor.columns))
-    return _middled(np.stack([x.ravel(), y.ravel()], axis=1).astype(np.float64) * pitch_mm)
-
-
-def _middled(position: Positions) -> Positions:
-    return np.asarray(position - position.mean(axis=0))
-
-
-def _camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
+def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
     """Return a camera to whose pictures the sensor file's detector applies."""
     detector, usual = sensor.looks, RigCamera()
     if isinstance(detector, BlobDetector):

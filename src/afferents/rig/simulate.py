@@ -18,15 +18,15 @@ from afferents.files import (
     require_same_config,
     write_json,
 )
-from afferents.markers.sensor import sensor_in
+from afferents.markers.sensor import resolve_sensor
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import FASTEST_MM_S, STEADY_S
 from afferents.rig.record import ARM_LOGS, AUDIO, REFERENCE, TRUTH, VIDEO, record
-from afferents.rig.simulation import RUNS, Run, Simulation, run_name, simulation_of
-from afferents.rig.surface import Drum, Surface, bumped_surface
+from afferents.rig.simulation import RUNS, Run, Simulation, make_simulation, run_name
+from afferents.rig.surface import bumped_surface
 from afferents.store.drum_path import DRIVE
 from afferents.store.recording import LETTERS, RecordingSet, require_distinct
 
@@ -59,53 +59,6 @@ def simulate_session(
         If the folder holds a session of another configuration, or a run can't be simulated;
         recordings finished before stay.
     """
-    _check(simulation)
-    with writing_alone(simulation.session, "simulate"):
-        _claim(simulation)
-        remove_partials(simulation.session)
-        missing = [run for run in simulation.names if not _is_recorded(simulation, run)]
-        if cluster is None:
-            jobs = ((simulation, run) for run in missing)
-            names: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
-        else:
-            names = _record_there(simulation, missing, cluster)
-        n = len(simulation.names)
-        with progress.task("simulating", n) as mark:
-            mark(n - len(missing))
-            for done, name in enumerate(names, start=n - len(missing) + 1):
-                mark(done, name)
-        if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, _A_SESSION):
-            _seal(simulation)
-    return simulation.session
-
-
-def _record_there(simulation: Simulation, missing: Sequence[Run], cluster: str) -> Iterator[str]:
-    """Record runs on a cluster, told what by JSON; yield the names of those that are done."""
-    session = simulation.session.resolve()
-    sent = simulation.model_copy(update={"session": session}).model_dump_json()
-    jobs = ((sent, run) for run in missing)
-    yield from on_cluster(_record_far, jobs, cluster, session, SAME + OF_RECORDINGS)
-
-
-def _record_far(simulation_json: str, run: Run) -> str:
-    return _record_one(_received(simulation_json), run)
-
-
-@lru_cache(maxsize=1)
-def _received(simulation_json: str) -> Simulation:
-    """Return what a worker simulates, once for all its runs."""
-    return Simulation.model_validate_json(simulation_json)
-
-
-def _is_recorded(simulation: Simulation, run: Run) -> bool:
-    """Tell whether a run is there with all its files; one that lost some is recorded again."""
-    logs = (DRIVE,) if simulation.sweep is None else ARM_LOGS
-    names = (VIDEO, AUDIO, TRUTH, *logs, *((REFERENCE,) if run == simulation.names[0] else ()))
-    files = (simulation.session / run_name(run) / name for name in names)
-    return all(path.is_file() and path.stat().st_size for path in files)
-
-
-def _check(simulation: Simulation) -> None:
     for speed in simulation.speeds_mm_s:
         if not 0 < speed <= FASTEST_MM_S:
             raise InputError(
@@ -120,6 +73,46 @@ def _check(simulation: Simulation) -> None:
             f"{simulation.seconds:g}"
         )
     simulation.config()  # refuses what can't be drawn, before anything is written
+    with writing_alone(simulation.session, "simulate"):
+        _claim(simulation)
+        remove_partials(simulation.session)
+        needed = (VIDEO, AUDIO, TRUTH, *((DRIVE,) if simulation.sweep is None else ARM_LOGS))
+        missing = []  # runs that lack a file, or were never recorded
+        for run in simulation.names:
+            names = (*needed, REFERENCE) if run == simulation.names[0] else needed
+            files = [simulation.session / run_name(run) / name for name in names]
+            if not all(path.is_file() and path.stat().st_size for path in files):
+                missing.append(run)
+        if cluster is None:
+            jobs = ((simulation, run) for run in missing)
+            recorded: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
+        else:
+            session = simulation.session.resolve()
+            sent = simulation.model_copy(update={"session": session}).model_dump_json()
+            orders = ((sent, run) for run in missing)
+            recorded = on_cluster(_record_far, orders, cluster, session, SAME + OF_RECORDINGS)
+        n = len(simulation.names)
+        with progress.task("simulating", n) as mark:
+            mark(n - len(missing))
+            for done, name in enumerate(recorded, start=n - len(missing) + 1):
+                mark(done, name)
+        session_file = simulation.session / SESSION_FILE
+        if missing or _CHECKSUMS not in read_json(session_file, _A_SESSION):
+            folders = {name: simulation.session / name for name in map(run_name, simulation.names)}
+            sums = {
+                name: {file: checksum(folder / file) for file in (VIDEO, AUDIO, TRUTH)}
+                for name, folder in folders.items()
+            }
+            write_json(session_file, {**simulation.config(), _CHECKSUMS: sums})
+    return simulation.session
+
+
+def _record_far(simulation_json: str, run: Run) -> str:
+    """Record a run on a worker of a cluster, which reads the simulation once for all its runs."""
+    return _record_one(_read_simulation(simulation_json), run)
+
+
+_read_simulation = lru_cache(maxsize=1)(Simulation.model_validate_json)
 
 
 def _claim(simulation: Simulation) -> None:
@@ -143,7 +136,7 @@ def _record_one(simulation: Simulation, run: Run) -> str:
         simulation.rig,
         simulation.session / run_name(run),
         texture,
-        simulation.surfaces.get(texture) or _drum_of(texture, simulation.rig.drum),
+        simulation.surfaces.get(texture) or _make_drum(float(texture), simulation.rig.drum),
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
@@ -154,26 +147,8 @@ def _record_one(simulation: Simulation, run: Run) -> str:
     return run_name(run)
 
 
-@lru_cache(maxsize=1)
-def _drum_of(texture: str, drum: Drum) -> Surface:
-    """Return a drum's surface, once for its runs in a row."""
-    return bumped_surface(float(texture), drum)
-
-
-def _seal(simulation: Simulation) -> None:
-    """Add the checksums of all recordings to session.json."""
-    sums = {
-        name: {file: checksum(simulation.session / name / file) for file in (VIDEO, AUDIO, TRUTH)}
-        for name in map(run_name, simulation.names)
-    }
-    write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})
-
-
-def _names_in(textures: Iterable[str]) -> list[str]:
-    """Return the names of textures; a text is letters, or names separated by commas."""
-    if isinstance(textures, str) and not set(textures) <= set(LETTERS):
-        return textures.split(",")
-    return list(textures)
+_make_drum = lru_cache(maxsize=1)(bumped_surface)
+"""A drum's surface, made once for its runs in a row."""
 
 
 def simulate(
@@ -234,7 +209,7 @@ def simulate(
         Sensor file (TOML), or the name of a packaged one.
     sweep
         In place of constant speeds, slides as of an arm whose speed goes up and down between two,
-        mm/s: 20:80, or 20:80:sine for a sinusoid. Each has pose and force beside it.
+        mm/s: 20:80, or 20:80:sine for a sinusoid. Each has pose and force with it.
     repetitions
         Slides of each texture in a sweep, of other depths (default: 4).
     workers
@@ -261,15 +236,17 @@ def simulate(
     '0/50'
     """
     from afferents.recordings.data_sets import read_session
-    from afferents.rig.sensor_rig import rig_of
+    from afferents.rig.sensor_rig import make_rig
 
     require_workers(workers)
     speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
-    given = sensor_in(sensor)
+    given = resolve_sensor(sensor)
+    if isinstance(textures, str) and not set(textures) <= set(LETTERS):
+        textures = textures.split(",")
     with Progress(quiet) as progress:
-        wanted = simulation_of(
-            Path(session), preset, _names_in(textures), speeds, seconds, height_maps, nuisances,
-            remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules, sweep,
+        wanted = make_simulation(
+            Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
+            remount, seed, make_rig(given), given.name, reprint, indentation_mm, nodules, sweep,
             repetitions,
         )  # fmt: skip
         simulate_session(wanted, workers, progress, cluster)

@@ -1,4 +1,4 @@
-"""What is simulated in a session: drums, speeds, length, and the rig, as a user's words say."""
+"""What is simulated in a session: drums, speeds, length, and the rig, as a user's options say."""
 
 import hashlib
 import math
@@ -18,7 +18,7 @@ from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import CHANGE, DEEPER, FASTEST_MM_S, STEADY_S, Slide, draw_slides
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.record import AUDIO, TIME, VIDEO
-from afferents.rig.run import SWEEP, draw, random_of
+from afferents.rig.run import SWEEP, draw, make_generator
 from afferents.rig.surface import Surface
 from afferents.store.recording import LETTERS, natural_order
 from afferents.version import __version__
@@ -27,7 +27,7 @@ _SPEEDS = tuple(map(float, range(10, 101, 10)))
 _SECONDS: dict[Size, float] = {"quick": 8.0, "paper": 65.0}
 _REPETITIONS = 4
 RIGS_OWN = "tip_b"
-"""Sensor whose pins the rig has if no other is asked for."""
+"""Sensor whose pins the rig has if no other is given."""
 RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
 
@@ -78,12 +78,16 @@ class Simulation(BaseModel):
         """Return speeds and depths of a repetition; None for a constant speed."""
         if self.sweep is None:
             return None
-        rng = random_of(self.seed, None, None, SWEEP)  # alike for all textures: it betrays none
+        rng = make_generator(self.seed, None, None, SWEEP)  # alike for all textures
         drawn = draw_slides(self.repetitions, self.rig.mounting.indentation_mm, rng)
         return Slide(*self.sweep, *drawn[repetition - 1].tolist())
 
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
+        digests = {  # of the heights as they lie round the drum
+            name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
+            for name, surface in sorted(self.surfaces.items())
+        }
         return {
             "simulated": True,
             "sensor": self.sensor,
@@ -98,20 +102,20 @@ class Simulation(BaseModel):
             "seed": self.seed,
             "rig": self.rig.model_dump(mode="json"),
             **({"conditions": dict(self.conditions)} if self.conditions else {}),
-            **({"height_maps": self._maps()} if self.height_maps else {}),
-            RUNS: {run_name(run): self._drawn(run) for run in self.names},
+            **({"height_maps": digests} if digests else {}),
+            RUNS: {run_name(run): self._draw(run) for run in self.names},
             "versions": {
                 "afferents": __version__,
                 **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
             },
         }
 
-    def _drawn(self, run: Run) -> dict[str, Any]:
+    def _draw(self, run: Run) -> dict[str, Any]:
         slide, drawn = self.slide(run[2]), draw(self.rig, *run[:2], self.seed, run[2])
         return {**drawn._asdict(), **(slide._asdict() if slide else {})}
 
     def _swept(self) -> dict[str, Any]:
-        """Return what session.json says of a sweep: which files are recordings, and logs beside."""
+        """Return what session.json says of a sweep: which files are recordings, and their logs."""
         listed = [
             {
                 "video": f"{run_name(run)}/{VIDEO}",
@@ -126,23 +130,16 @@ class Simulation(BaseModel):
             }
             for run in self.names
         ]
-        asked = {"sweep": list(self.sweep or ()), "repetitions": self.repetitions}
-        return {**asked, "recordings": listed}
+        sweep = {"sweep": list(self.sweep or ()), "repetitions": self.repetitions}
+        return {**sweep, "recordings": listed}
 
     @cached_property
     def surfaces(self) -> dict[str, Surface]:
         """Return the surface of each height map by name, read once."""
         return dict(height_map(text, self.rig.drum) for text in self.height_maps.values())
 
-    def _maps(self) -> dict[str, str]:
-        """Return the SHA-256 of each height map's heights, as they lie round the drum."""
-        return {
-            name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
-            for name, surface in sorted(self.surfaces.items())
-        }
 
-
-def simulation_of(
+def make_simulation(
     session: Path,
     preset: Size,
     textures: Sequence[str] = LETTERS,
@@ -160,7 +157,7 @@ def simulation_of(
     sweep: str | None = None,
     repetitions: int | None = None,
 ) -> Simulation:
-    """Return the simulation that a user's words describe.
+    """Return the simulation that a user's options describe.
 
     Parameters
     ----------
@@ -214,19 +211,19 @@ def simulation_of(
         texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
     )
     if repetitions is not None and sweep is None:
-        raise InputError("--repetitions: expected --sweep beside it, found none; leave it out")
+        raise InputError("--repetitions: expected --sweep with it, found none; leave it out")
     again = _REPETITIONS if repetitions is None else repetitions
     require_number("--repetitions", again, 1)
-    swept = None if sweep is None else _sweep_in(sweep, rig.mounting.indentation_mm)
+    swept = None if sweep is None else _parse_sweep(sweep, rig.mounting.indentation_mm)
     if swept is not None:
         if speeds_mm_s is not None:
-            raise InputError("--speeds: expected none beside --sweep, found some; leave one out")
+            raise InputError("--speeds: expected none with --sweep, found some; leave one out")
         speeds_mm_s = [sum(swept[:2]) / 2]
     speeds = _SPEEDS if speeds_mm_s is None else tuple(dict.fromkeys(speeds_mm_s))
     for option, wanted in (("--textures", folders), ("--speeds", speeds)):
         if not wanted:
             raise InputError(f"{option}: expected one or more, found none")
-    asked = {"indentation_mm": indentation_mm, "print": reprint}
+    conditions = {"indentation_mm": indentation_mm, "print": reprint}
     made = Simulation(
         session=session,
         textures=tuple(folders),
@@ -236,7 +233,7 @@ def simulation_of(
         rig=rig,
         sensor=sensor,
         height_maps=maps,
-        conditions={name: value for name, value in asked.items() if value is not None},
+        conditions={name: value for name, value in conditions.items() if value is not None},
         sweep=swept,
         repetitions=again if swept else 1,
     )
@@ -253,7 +250,7 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
         If a strength is no number, or ``hard`` has one.
     """
     groups: dict[str, float | None] = {}
-    single: dict[str, float | None] = {}  # what is said of one counts, wherever it stands
+    single: dict[str, float | None] = {}  # what is given for one counts, wherever it stands
     for word in text.split(","):
         name, _, strength = word.strip().partition("=")
         if name == "hard" and strength:
@@ -271,7 +268,7 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     return groups | single
 
 
-def _sweep_in(text: str, usual_mm: float) -> tuple[float, float, bool]:
+def _parse_sweep(text: str, usual_mm: float) -> tuple[float, float, bool]:
     """Return slowest and fastest speed, mm/s, and whether the speed is a sinusoid."""
     found = re.fullmatch(r"(\d+\.?\d*):(\d+\.?\d*)(:sine)?", text)
     low, high = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
@@ -282,7 +279,7 @@ def _sweep_in(text: str, usual_mm: float) -> tuple[float, float, bool]:
         )
     if (deepest := 1 + DEEPER + CHANGE) * usual_mm > DEEPEST_MM:
         raise InputError(
-            f"--indentation: expected at most {DEEPEST_MM / deepest:.2f} mm beside --sweep, which "
+            f"--indentation: expected at most {DEEPEST_MM / deepest:.2f} mm with --sweep, which "
             f"presses up to {deepest:g} times as deep, found {usual_mm:g}; press less deep"
         )
     return low, high, found[3] is not None

@@ -1,129 +1,37 @@
-"""Any layout of pins as a mesh: which are neighbours, and how strongly each acts on the other.
+"""The skin: a lattice of pins, pressed on a drum and dragged along by friction.
 
-The square lattice's equations (see `skin`) are those of a sheet, with the constants of a node that
-has 1.2 x 1.2 mm of it. Here the same sheet is cut into the pins' Voronoi cells (finite volumes;
-Eymard, Gallouet & Herbin, Handbook of Numerical Analysis VII, 2000): an edge of length l between
-nodes at the distance d couples them by k_c l / d, and the mean pressure of both pushes through it.
-On a square lattice l = d, and these are the lattice's equations again. What a node has by itself
-(mass, springs, contact) grows with its cell, so its motion does not depend on that.
+Each node is a pin with its share of skin: 19 x 19 in a square lattice, or any others (`mesh`). In
+the normal direction it is penetrated by the drum, and a standard linear solid turns penetration
+into pressure. In its plane it is a damped mass on a spring, coupled to its neighbours, pushed
+outwards where the pressure falls off, and dragged by friction with a bristle model. Stick and slip
+are not put in; they come out.
+
+    penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
+    pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
+    bristles     dz/dt = w - s0 |w| z / (m g(x_i)),       w = drum velocity - du_i/dt
+    tangential   F_i = p_i (s0 z + s1 dz/dt - grad h)
+    motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
+
+with s the slide of the drum in mm, h what a nodule feels of the surface, g the surface's grip
+there, R the radius of drum and tip together, and sums over the four neighbours. The last term of
+F is the slope of the surface, whose normal force does not point straight up. Bristles are those
+of Canudas de Wit, Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), their
+friction m alike at rest and at any speed: that of dry rubber rises by tens of percent a decade of
+speed at most (Grosch, Proc. R. Soc. A 274:21, 1963; Vorvolakos & Chaudhury, Langmuir 19:6778,
+2003). In its plane an elastic layer is at most a third as stiff as in its normal (G / H against
+at least 3 G / H), which `shear_mn_mm` over `normal_mn_mm` (1 + `relaxing_share`) is.
 """
 
 import math
-from functools import lru_cache
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
-from scipy.spatial import ConvexHull, Voronoi, cKDTree
 
 from afferents.rig.kernel import N_SIDE
+from afferents.rig.mesh import Mesh, build_mesh
 from afferents.rig.surface import WIDTH_MM
-
-_RIM, _RIM_REACH = 0.8, 4.0
-"""From where to where imagined pins surround a layout, in distances between neighbours."""
-_NO_EDGE_MM = 1e-6
-
-
-class Mesh(NamedTuple):
-    """Pins and their neighbours; where a pin has fewer than others, it is its own with factors 0.
-
-    Attributes
-    ----------
-    neighbour
-        Index of each, (n_nodes, most_neighbours).
-    coupling
-        Factor on the stiffness to each, (n_nodes, most_neighbours); 1 on the square lattice.
-    push
-        Factor on the push by each, along x and y, (n_nodes, most_neighbours, 2); there a unit
-        vector.
-    share
-        Area of a node's cell over that of the lattice's nodes, (n_nodes,).
-    """
-
-    neighbour: NDArray[np.int32]
-    coupling: NDArray[np.float32]
-    push: NDArray[np.float32]
-    share: NDArray[np.float64]
-
-
-def mesh_of(pins_mm: NDArray[np.float64], pitch_mm: float) -> Mesh:
-    """Return the mesh of pins; nothing pulls at the outermost from outside.
-
-    Parameters
-    ----------
-    pins_mm
-        Shape (n, 2), mm.
-    pitch_mm
-        Of the square lattice whose nodes the constants are for, mm.
-    """
-    n = len(pins_mm)
-    # Imagined pins all round, so that the outermost have cells like those of the others.
-    cells = Voronoi(np.concatenate([pins_mm, _rim(pins_mm)]))
-    corners = (cells.vertices[cells.regions[region]] for region in cells.point_region[:n])
-    area = np.array([ConvexHull(corner).volume for corner in corners])
-    pairs, length = _edges(cells, n)
-    pin, other = np.concatenate([pairs, pairs[:, ::-1]]).T
-    order = np.argsort(pin, kind="stable")
-    pin, other = pin[order], other[order]
-    place = np.arange(len(pin)) - np.searchsorted(pin, pin)
-    way = pins_mm[pin] - pins_mm[other]
-    weight = np.tile(length, 2)[order] / np.hypot(*way.T) / area[pin]
-    shape = (n, int(place.max()) + 1)
-    neighbour = np.repeat(np.arange(n, dtype=np.int32)[:, None], shape[1], axis=1)
-    coupling, push = np.zeros(shape, np.float32), np.zeros((*shape, 2), np.float32)
-    neighbour[pin, place] = other
-    coupling[pin, place] = weight * pitch_mm**2
-    push[pin, place] = weight[:, None] * way * pitch_mm
-    return Mesh(neighbour, coupling, push, area / pitch_mm**2)
-
-
-def _rim(pins_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return imagined pins round a layout, (n, 2), mm, about as far apart as its own."""
-    tree = cKDTree(pins_mm)
-    pitch = float(np.median(tree.query(pins_mm, k=2)[0][:, 1]))
-    reach = _RIM_REACH * pitch
-    low, high = pins_mm.min(axis=0) - reach, pins_mm.max(axis=0) + reach
-    x, y = (np.arange(a, b, pitch) for a, b in zip(low, high, strict=True))
-    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    return np.asarray(places[tree.query(places)[0] > _RIM * pitch])
-
-
-def _edges(cells: Voronoi, n: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return which of the first n points are neighbours, (edge, 2), and the edges' lengths, mm."""
-    pairs = np.asarray(cells.ridge_points)
-    inner = np.asarray((pairs < n).all(axis=1))
-    ends = np.array(
-        [ends for ends, its in zip(cells.ridge_vertices, inner.tolist(), strict=True) if its]
-    )
-    length = np.hypot(*(cells.vertices[ends[:, 0]] - cells.vertices[ends[:, 1]]).T)
-    there = length > _NO_EDGE_MM
-    return pairs[inner][there], length[there]
-
-
-# The skin: a lattice of pins, pressed on a drum and dragged along by friction.
-#
-# Each node is a pin with its share of skin: 19 x 19 in a square lattice, or any others (`mesh`). In
-# the normal direction it is
-# penetrated by the drum, and a standard linear solid turns penetration into pressure. In its
-# plane it is a damped mass on a spring, coupled to its neighbours, pushed outwards where the
-# pressure falls off, and dragged by friction with a bristle model. Stick and slip are not put
-# in; they come out.
-#
-#     penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
-#     pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
-#     bristles     dz/dt = w - s0 |w| z / (m g(x_i)),       w = drum velocity - du_i/dt
-#     tangential   F_i = p_i (s0 z + s1 dz/dt - grad h)
-#     motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
-#
-# with s the slide of the drum in mm, h what a nodule feels of the surface, g the surface's grip
-# there, R the radius of drum and tip together, and sums over the four neighbours. The last term of
-# F is the slope of the surface, whose normal force does not point straight up. Bristles are those
-# of Canudas de Wit, Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), their
-# friction m alike at rest and at any speed: that of dry rubber rises by tens of percent a decade of
-# speed at most (Grosch, Proc. R. Soc. A 274:21, 1963; Vorvolakos & Chaudhury, Langmuir 19:6778,
-# 2003). In its plane an elastic layer is at most a third as stiff as in its normal (G / H against
-# at least 3 G / H), which `shear_mn_mm` over `normal_mn_mm` (1 + `relaxing_share`) is.
 
 PHYSICS_RATE_HZ = 8820.0
 """Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
@@ -134,7 +42,7 @@ _TIP = 21
 """There is one fingertip: what its pins are like is drawn from this seed, and no other.
 
 The first whose draw is level at the bumps' wavelengths (x = 2 to 6 mm), so that the tip's own grain
-is not taken for a pattern.
+does not look like a pattern.
 """
 MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
@@ -160,7 +68,7 @@ class Skin(BaseModel):
     recess_mm
         How much less deep pins without a nodule stand, mm.
     bridging_per_mm
-        Stiffness of the skin against bending into gaps, see `surface.felt`.
+        Stiffness of the skin against bending into gaps, see `surface.soft_maximum`.
     pin_depth_mm
         How deep in the gel the pins' inner ends stand, which the camera sees, mm.
     pin_unequal
@@ -228,7 +136,7 @@ class Skin(BaseModel):
     @property
     def mesh(self) -> Mesh | None:
         """Neighbours of the pins; None for the lattice."""
-        return None if self.pins_mm is None else _mesh_of(self.pins_mm, self.pitch_mm)
+        return None if self.pins_mm is None else build_mesh(self.pins_mm, self.pitch_mm)
 
     def rest_mm(self) -> NDArray[np.float64]:
         """Return the pins at rest: (n_nodes, 2), mm from the axis.
@@ -277,8 +185,3 @@ class Skin(BaseModel):
             self.shear_mn_mm + against * self.coupling_mn_mm + self.bristle_per_mm * pressure
         )
         return math.sqrt(stiffness * MN_PER_MG / self.mass_mg)
-
-
-@lru_cache(maxsize=8)
-def _mesh_of(pins_mm: tuple[tuple[float, float], ...], pitch_mm: float) -> Mesh:
-    return mesh_of(np.array(pins_mm), pitch_mm)

@@ -73,7 +73,7 @@ class SkinOnDrum:
     skin
         Constants.
     surface
-        What the nodules feel (`surface.felt`).
+        What the nodules feel (`surface.soft_maximum`).
     tilt
         Slopes of the drum against the skin along x and y, rad.
     lateral_mm
@@ -100,10 +100,17 @@ class SkinOnDrum:
         self._mesh, rest = skin.mesh, skin.rest_mm()
         nodes = ROW**2 if self._mesh is None else len(rest)
         self._state = np.zeros(STATES * nodes, np.float32)
-        self._x = self._laid_out(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
-        self._y = self._laid_out(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
-        self._gap = self._laid_out(self._gap_mm(rest, tilt), _NO_CONTACT_MM)
-        self._weight = self._laid_out(weight, 0.0)
+        self._x = self._lay_out(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
+        self._y = self._lay_out(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
+        # How much later than the middle each node meets the drum, mm.
+        x, y = rest.T
+        round_ = x**2 / 2 * (1 / skin.radius_mm + 1 / skin.tip_radius_mm) + y**2 / (
+            2 * skin.tip_radius_mm
+        )
+        lower = np.where(skin.nodules(), 0.0, skin.recess_mm if skin.nodular else 0.0)
+        gap_mm = np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
+        self._gap = self._lay_out(gap_mm, _NO_CONTACT_MM)
+        self._weight = self._lay_out(weight, 0.0)
         # The maps' beginning follows once more after their end, so that no node must wrap.
         again = math.ceil(2 * _MARGIN_MM / surface.pitch_mm[0]) + 2
         per_slip = skin.bristle_per_mm / skin.friction / np.asarray(surface.grip)
@@ -112,22 +119,13 @@ class SkinOnDrum:
             for one in (surface.height_mm, np.broadcast_to(per_slip, surface.height_mm.shape))
         )
 
-    def _laid_out(self, value: NDArray[np.float64], outside: float) -> Floats:
+    def _lay_out(self, value: NDArray[np.float64], outside: float) -> Floats:
         """Return values of the nodes; round the lattice a row of imagined nodes, laid out flat."""
         if self._mesh is not None:
             return value.astype(np.float32)
         square = value.reshape(N_SIDE, N_SIDE)
         flat = np.pad(square, 1, constant_values=outside).astype(np.float32).ravel()
         return flat[FIRST : FIRST + SPAN].copy()
-
-    def _gap_mm(self, rest: NDArray[np.float64], tilt: tuple[float, float]) -> NDArray[np.float64]:
-        """Return how much later than the middle each node meets the drum, mm."""
-        (x, y), skin = rest.T, self.skin
-        round_ = x**2 / 2 * (1 / skin.radius_mm + 1 / skin.tip_radius_mm) + y**2 / (
-            2 * skin.tip_radius_mm
-        )
-        lower = np.where(skin.nodules(), 0.0, skin.recess_mm if skin.nodular else 0.0)
-        return np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
 
     def run(self, motion: Motion, frame_steps: NDArray[np.float64]) -> SkinResponse:
         """Move the skin on by as many steps as `motion` has.
@@ -143,9 +141,9 @@ class SkinOnDrum:
         form = (N_SIDE, N_SIDE) if mesh is None else (n_nodes,)
         frames = np.zeros((n_frames, 6, *form), np.float32)
         sounds = np.zeros((len(motion.slide_mm), 2))
-        along, across = self.surface.pitch_mm
+        pitch_mm = self.surface.pitch_mm
         # Positions on the map, from the edge of the lattice's margin on.
-        offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / along
+        offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / pitch_mm[0]
         given = (
             self._state,
             self._maps,
@@ -158,7 +156,7 @@ class SkinOnDrum:
             self._gap,
             self._weight,
             np.asarray(frame_steps, np.float64),
-            _constants(skin, (along, across), self.rate_hz),
+            _scale_constants(skin, pitch_mm, self.rate_hz),
         )
         if mesh is None:
             advance(*given, frames, sounds)
@@ -167,26 +165,22 @@ class SkinOnDrum:
         flat = frames.reshape(n_frames, 6, n_nodes)
         if mesh is not None:  # what the kernel knows is the pressure of a node of the lattice
             flat[:, 3:] *= mesh.share.astype(np.float32)
+        # Pressure and friction along x and y, each as its sum, and times x, times y.
+        arms = np.column_stack([np.ones(n_nodes), skin.rest_mm()]).astype(np.float32)
+        pressed, along, across = np.moveaxis(flat[:, 3:] @ arms, 1, 0)
+        force = -along[:, 0], across[:, 0], pressed[:, 0]
+        torque = pressed[:, 2], pressed[:, 1], along[:, 2] - across[:, 1]
         return SkinResponse(
             np.moveaxis(flat[:, :2], 1, 2),
             flat[:, 2],
             flat[:, 3],
-            _wrench(flat[:, 3:], skin.rest_mm()),
+            np.stack([*force, *torque], axis=1) * ([1e-3] * 3 + [1e-6] * 3),
             sounds[:, 0],
             sounds[:, 1],
         )
 
 
-def _wrench(force_mn: Floats, rest_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Add up pressure and friction along x and y, (n_frames, 3, n_nodes); see `SkinResponse`."""
-    arms = np.column_stack([np.ones(len(rest_mm)), rest_mm]).astype(np.float32)
-    pressed, along, across = np.moveaxis(force_mn @ arms, 1, 0)  # each: sum, and times x, times y
-    force = -along[:, 0], across[:, 0], pressed[:, 0]
-    torque = pressed[:, 2], pressed[:, 1], along[:, 2] - across[:, 1]
-    return np.stack([*force, *torque], axis=1) * ([1e-3] * 3 + [1e-6] * 3)
-
-
-def _constants(skin: Skin, pitch_mm: tuple[float, float], rate_hz: float) -> Constants:
+def _scale_constants(skin: Skin, pitch_mm: tuple[float, float], rate_hz: float) -> Constants:
     per_mass = MN_PER_MG / skin.mass_mg
     frequency = math.sqrt(skin.shear_mn_mm * per_mass)
     values = (

@@ -172,23 +172,21 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
     height = np.zeros((_ALONG, _ACROSS), np.float32)
     for lattice, shift in enumerate((0.0, 0.5)):
         u, v = along + shift, across + shift
-        off_u, off_v = (
-            (u - np.floor(u) - 0.5) * period_along,
-            (v - np.floor(v) - 0.5) * period_across,
-        )
+        off_u = (u - np.floor(u) - 0.5) * period_along
+        off_v = (v - np.floor(v) - 0.5) * period_across
         distance = np.hypot(off_u[:, None], off_v[None, :])
         # The edge is as wide as a sample, so that the area comes out right at any spacing.
         cover = np.clip((radius - distance) / (length / _ALONG) + 0.5, 0, 1)
-        tops = _printed_tops(drum, spacing_mm, lattice, int(v.max()) + 1)
+        tops = _draw_tops(drum, spacing_mm, lattice, int(v.max()) + 1)
         n = drum.periods(spacing_mm)
         height += (cover * tops[np.floor(u).astype(int) % n][:, np.floor(v).astype(int)]).astype(
             np.float32
         )
     share = math.pi / 4 * drum.bump_ratio**2
-    return Surface(height, length, contact_share=share, grip=_grip(drum, spacing_mm))
+    return Surface(height, length, contact_share=share, grip=_draw_grip(drum, spacing_mm))
 
 
-def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
+def _draw_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
     """Draw the height of each bump of a lattice; drums of one set are always alike."""
     shape = drum.periods(spacing_mm), n_across
     rng = np.random.default_rng([round(1000 * spacing_mm), lattice, drum.prints])
@@ -196,15 +194,15 @@ def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) ->
     middle = (1 - lattice) / 2  # of a bump, in periods from where its count begins
     along = (np.arange(shape[0]) + middle) / shape[0] * _PATCHED
     across = (np.arange(n_across) + middle) * math.sqrt(2) * spacing_mm
-    warp = drum.patch_sd_mm * _patches(drum, spacing_mm, _WARP, drum.patch_mm)
+    warp = drum.patch_sd_mm * _draw_patches(drum, spacing_mm, _WARP, drum.patch_mm)
     rows, columns = np.meshgrid(along, across / WIDTH_MM * _PATCHED_ACROSS, indexing="ij")
     tops = drum.bump_height_mm + error + map_coordinates(warp, [rows, columns], mode="grid-wrap")
     return np.asarray(np.maximum(tops, 0.1), np.float32)
 
 
-def _grip(drum: Drum, spacing_mm: float) -> Heights:
+def _draw_grip(drum: Drum, spacing_mm: float) -> Heights:
     """Draw the friction of a print's bumps over its median, for each sample of the map."""
-    patches = drum.grip_sd * _patches(drum, spacing_mm, _GRIP, drum.grip_mm)
+    patches = drum.grip_sd * _draw_patches(drum, spacing_mm, _GRIP, drum.grip_mm)
     rows = (np.arange(_ALONG) + 0.5) * _PATCHED / _ALONG + 0.5  # in the middle of a padded row
     columns = (np.arange(_ACROSS) + 0.5) * _PATCHED_ACROSS / _ACROSS - 0.5
     x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
@@ -213,7 +211,7 @@ def _grip(drum: Drum, spacing_mm: float) -> Heights:
     return np.asarray(np.exp(finished), np.float32)
 
 
-def _patches(drum: Drum, spacing_mm: float, use: int, reach_mm: float) -> NDArray[np.float64]:
+def _draw_patches(drum: Drum, spacing_mm: float, use: int, reach_mm: float) -> NDArray[np.float64]:
     """Draw what bumps near each other share, variance 1, round the drum and across."""
     rng = np.random.default_rng([round(1000 * spacing_mm), use, drum.prints])
     white = rng.standard_normal((_PATCHED, _PATCHED_ACROSS))
@@ -301,7 +299,7 @@ def read_height_map(
     return mapped_surface(image / np.float32(255) * height_mm, length_mm, drum)
 
 
-def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surface:
+def soft_maximum(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surface:
     """Return what a nodule feels: the soft maximum of the heights under its footprint.
 
     Skin bridges what is narrower than itself. The soft maximum, log(mean(exp(b h))) / b with
@@ -316,7 +314,12 @@ def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surf
         b: the stiffer the skin, the more the highest points carry, 1/mm.
     """
     raised = np.exp(np.float32(stiffness_per_mm) * surface.height_mm)
-    along, across = (_bell(footprint_mm, step) for step in surface.pitch_mm)
+    bells = []  # raised cosines of that full width, sum 1: of two axes they make a round bump
+    for step_mm in surface.pitch_mm:
+        reach = max(1, round(footprint_mm / 2 / step_mm))
+        weight = 1 + np.cos(np.pi * np.arange(-reach, reach + 1) / (reach + 1))
+        bells.append(weight / weight.sum())
+    along, across = bells
     reach = len(along) // 2
     # Along, the surface closes on itself, which OpenCV's filters don't know.
     raised = np.pad(raised, ((reach, reach), (0, 0)), mode="wrap")
@@ -325,10 +328,3 @@ def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surf
     envelope = (np.log(sampled) / stiffness_per_mm).astype(np.float32)
     grip = np.broadcast_to(surface.grip, surface.height_mm.shape)[::_COARSER, ::_COARSER]
     return replace(surface, height_mm=envelope, grip=grip)
-
-
-def _bell(width_mm: float, step_mm: float) -> NDArray[np.float64]:
-    """Return a raised cosine of that full width, sum 1; of two axes it makes a round bump."""
-    reach = max(1, round(width_mm / 2 / step_mm))
-    weight = 1 + np.cos(np.pi * np.arange(-reach, reach + 1) / (reach + 1))
-    return np.asarray(weight / weight.sum())

@@ -8,7 +8,7 @@ import numpy as np
 
 from afferents import dims
 from afferents.files import Place, require_free, write_aside
-from afferents.markers.places import images_of
+from afferents.markers.places import make_images
 from afferents.plugins import import_extra
 from afferents.robots.sources import QUALITY, Source, find_recordings, jpegs
 
@@ -108,7 +108,7 @@ def list_values(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
         return
     row, column = responses[dims.ROW].values, responses[dims.COLUMN].values
     for name in (dims.SA1, dims.RA1):
-        images = images_of(np.nan_to_num(responses[name].values), row, column)
+        images = make_images(np.nan_to_num(responses[name].values), row, column)
         top = float(np.quantile(images, 0.999)) or 1.0
         grey = (255 * np.clip(images / top, 0, 1)).astype(np.uint8)
         for at_s, image in zip(responses[dims.TIME].values.tolist(), grey, strict=True):

@@ -15,7 +15,7 @@ from afferents.markers.track import track_markers
 from afferents.recordings.video import open_video
 from afferents.rig import NUISANCES, TRUTH, VIDEO, Drum, Rig, bumped_surface, record
 from afferents.rig.run import simulate_run
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 
 TIP_B = load_sensor("tip_b")
 REST = TIP_B.rest_frame
@@ -126,7 +126,7 @@ def test_ra1_misses_what_is_faster_than_half_the_frame_rate():
 def test_all_markers_are_recovered_within_015_px(name, tmp_path):
     """The camera is turned by 6 degrees against the sensor file."""
     sensor = load_sensor(name)
-    record(rig_of(sensor), tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.7, seed=3)
+    record(make_rig(sensor), tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.7, seed=3)
     truth = np.load(tmp_path / "3" / "50" / TRUTH)["position"].astype(float)
     tracks = track_markers(open_video(tmp_path / "3" / "50" / VIDEO), sensor)
     after = slice(sensor.rest_frame, None)

@@ -6,7 +6,7 @@ import xarray as xr
 
 from afferents.encodings.images import MarkersEncoding
 from afferents.errors import InputError
-from afferents.markers.places import covered, image_places, images_of
+from afferents.markers.places import covered, image_places, make_images
 from afferents.markers.sensor import load_sensor
 
 LAYOUTS = ("hex127", "hex331", "radial127")
@@ -24,12 +24,12 @@ def test_on_a_square_grid_every_marker_is_its_pixel_bit_for_bit():
     values = rng.normal(0, 1, (7, 361))
     expected = np.zeros((7, 19, 19), np.float32)
     expected[:, row, column] = values
-    assert images_of(values, row, column).tobytes() == expected.tobytes()
+    assert make_images(values, row, column).tobytes() == expected.tobytes()
 
 
 def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
     values = (0.5 * places[0] - 2 * places[1] + 3)[None]
-    image, there = images_of(values, *places)[0], covered(*places)
+    image, there = make_images(values, *places)[0], covered(*places)
     row, column = np.indices(image.shape)
     np.testing.assert_allclose(image[there], (0.5 * row - 2 * column + 3)[there], atol=1e-4)
     assert not image[~there].any()
@@ -37,9 +37,9 @@ def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
 
 def test_a_frame_alone_gives_what_it_gives_among_others(places):
     values = np.random.default_rng(0).normal(0, 3, (5, len(places[0])))
-    together = images_of(values, *places)
+    together = make_images(values, *places)
     for image, one in zip(together, values, strict=True):
-        np.testing.assert_allclose(images_of(one[None], *places)[0], image, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(make_images(one[None], *places)[0], image, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("markers", [[(0, 0), (1, 0), (0, 1)], [(i, i) for i in range(9)]])

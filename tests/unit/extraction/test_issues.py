@@ -11,15 +11,16 @@ import soundfile
 
 from afferents.extraction.extract import extract
 from afferents.inspection.inspect import inspect
-from afferents.quality.frames import find_doubled_frames, find_time_issues, mean_motion
+from afferents.quality.frames import mean_motion
 from afferents.quality.issues import QualityIssue, describe_issues
+from afferents.quality.repeats import find_doubled_frames, find_time_issues
 from afferents.quality.sound import find_sound_issues
 from afferents.recordings.check import check_recording
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.video import Footage, open_video
 
-from ..films import images_of, write_film
+from ..films import make_images, write_film
 
 FPS, RATE = 90, 8000
 FINE = {"crf": "12", "preset": "ultrafast"}
@@ -32,7 +33,7 @@ def faulty(make_video, tmp_path_factory):
     root.mkdir()
     shift = np.where(np.arange(200) > 30, np.abs(np.arange(200) % 32 - 16) / 4 - 0.5, 0)
     make_video(root / "felt_20.mp4", shift)
-    images = images_of(root / "felt_20.mp4")
+    images = make_images(root / "felt_20.mp4")
     knocked = images[:100] + [np.roll(image, 9, axis=1) for image in images[100:]]
     write_film(root / "wool_20.mp4", knocked, rate=FPS, options=FINE)
     for name, keep in {

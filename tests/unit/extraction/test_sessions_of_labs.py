@@ -12,7 +12,7 @@ import afferents
 from afferents import markers
 from afferents.extraction.options import describe_declaration
 from afferents.inspection.init import grid_sentence
-from afferents.markers.sensor import sensors_of
+from afferents.markers.session_sensors import find_sensors
 
 ALONE = ("--quiet", "--workers", 1)
 TIP_B = (Path(markers.__file__).parent / "sensors/tip_b.toml").read_text()
@@ -116,7 +116,7 @@ def test_the_rate_of_images_is_among_what_is_declared_of_them(tmp_path):
     for fps_hz in (30, 90):
         (tmp_path / "session.toml").write_text(f'pattern = "{{texture}}/"\nfps_hz = {fps_hz}\n')
         session = afferents.read_session(tmp_path)
-        said.add(describe_declaration(session.recordings[0], session, sensors_of(session, None)))
+        said.add(describe_declaration(session.recordings[0], session, find_sensors(session, None)))
     assert len(said) == 2
 
 

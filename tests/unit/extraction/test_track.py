@@ -11,7 +11,7 @@ from afferents.markers.sensor import load_sensor
 from afferents.store.zarr_store import open_responses
 
 from ...conftest import draw
-from ..films import images_of, write_film
+from ..films import make_images, write_film
 
 FINE = {"preset": "superfast", "crf": "15"}
 
@@ -44,7 +44,7 @@ def test_a_folder_of_images_is_a_clip_whose_rate_must_be_said(does, fails, clip,
     images = tmp_path / "rest"
     sensor = images / "mine1.toml"  # its picture is no image 1 of the clip
     images.mkdir()
-    for n, image in enumerate(images_of(clip)[:15]):
+    for n, image in enumerate(make_images(clip)[:15]):
         cv2.imwrite(str(images / f"{n}.png"), image)
     assert "361 bright markers" in does("calibrate", images, "--out", sensor)
     track = ("track", images, tmp_path / "t.zarr", "--sensor", sensor, "--quiet")
@@ -63,7 +63,7 @@ def test_a_session_is_tracked_without_its_sound(does, session, tmp_path):
 
 def test_of_a_video_cut_off_the_start_is_kept_and_marked(run, clip, tmp_path):
     whole, cut = tmp_path / "a.avi", tmp_path / "cut.avi"
-    write_film(whole, images_of(clip), "mjpeg", "yuvj420p", options={"qscale": "3"})
+    write_film(whole, make_images(clip), "mjpeg", "yuvj420p", options={"qscale": "3"})
     content = whole.read_bytes()
     cut.write_bytes(content[: int(0.7 * len(content))])
     code, _, err = run("track", cut, tmp_path / "t.zarr", "--quiet")
@@ -86,7 +86,7 @@ def test_a_picture_without_light_or_with_too_much_is_named(fails, level, fault, 
 
 
 def test_a_knock_is_told_with_its_time(does, tmp_path, clip):
-    rest = images_of(clip)[0]
+    rest = make_images(clip)[0]
     knocked = [rest] * 45 + [np.roll(rest, 15, axis=1)] * 45
     video = write_film(tmp_path / "k.mp4", knocked, options=FINE)
     out = does("inspect", video, "--out", tmp_path, "--quiet")
@@ -100,7 +100,7 @@ def test_displacement_counts_from_the_clip_that_is_chosen(
     copy = make_session(tmp_path / "session", textures=(1,), speeds=(20, 40))
     add_reference_video(copy / "1" / "20")
     for video in copy.rglob("video.mp4"):
-        moved = [np.roll(image, 6, axis=1) for image in images_of(video)]
+        moved = [np.roll(image, 6, axis=1) for image in make_images(video)]
         write_film(video, moved, options=FINE)
     for rest, shift in (("own", 0), ("reference", 6)):
         command = ("extract", copy, tmp_path / rest, "--rest", rest, "--workers", 1, "--quiet")

@@ -16,7 +16,7 @@ from afferents.markers.quality import describe
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 from afferents.spikes.artificial import artificial_spikes
 
 from ..films import write_film
@@ -162,7 +162,7 @@ def test_what_needs_markers_says_so(video, plain):
     with pytest.raises(InputError, match="--rest reference: expected a sensor with markers"):
         track_markers(video(film()), plain, count_from=np.zeros((20, 2)))
     with pytest.raises(InputError, match="expected one with markers, found sensor 'plain'"):
-        rig_of(plain)
+        make_rig(plain)
     responses = marker_responses(track_markers(video(film(90)), plain), plain)
     responses = responses.assign_attrs(name="a/1", texture="a", speed_mm_s=1.0)
     with pytest.raises(InputError, match=r"a/1: expected sa1 in px.*choose --classes PC"):

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.quality.frames import count_dropped, find_repeated
 from afferents.quality.image import measure_image_quality
+from afferents.quality.repeats import count_dropped, find_repeated
 
 
 @pytest.fixture

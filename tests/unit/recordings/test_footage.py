@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.quality.frames import describe_repeats
+from afferents.quality.repeats import describe_repeats
 from afferents.recordings.video import Footage, open_video
 from afferents.store.recording import Frame
 

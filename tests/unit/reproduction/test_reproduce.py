@@ -9,7 +9,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.recordings.data_sets import read_session
 from afferents.reproduction import reproduce as reproducing
 from afferents.reproduction.run_folder import RunFolder
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 
 from ...conftest import few_epochs
 
@@ -32,10 +32,10 @@ def results(tmp_path_factory):
     """The results of a run without a session."""
 
     def few(session, preset, **given):
-        return simulation_of(session, preset, **given, **FEW)
+        return make_simulation(session, preset, **given, **FEW)
 
     with pytest.MonkeyPatch.context() as patch, few_epochs():
-        patch.setattr(reproducing, "simulation_of", few)
+        patch.setattr(reproducing, "make_simulation", few)
         return reproduce(tmp_path_factory.mktemp("reproduced") / "out", None)
 
 
@@ -61,7 +61,7 @@ def test_it_ends_with_table_1_under_both_protocols(results, page):
 
 def test_a_second_run_keeps_what_is_finished(results, monkeypatch):
     """It is given the session, so that none is simulated."""
-    monkeypatch.setattr(reproducing, "simulation_of", None)
+    monkeypatch.setattr(reproducing, "make_simulation", None)
     out = results.root.parent
     before = {p: p.stat().st_mtime_ns for p in out.rglob("fold.json")}
     assert len(before) == (len(SOME) + 1) * 2 * 3

@@ -11,7 +11,7 @@ from afferents.markers.detect import detect
 from afferents.markers.sensor import DiscDetector, Lens, load_sensor
 from afferents.rig import Rig, project
 from afferents.rig.camera import Renderer
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 
 ROOT = Path(__file__).parents[3]
 LAYOUTS = ("hex127", "hex331", "radial127")
@@ -19,7 +19,7 @@ LAYOUTS = ("hex127", "hex331", "radial127")
 
 def straight(sensor):
     """The sensor's camera, not turned, without lens or noise."""
-    rig = rig_of(sensor)
+    rig = make_rig(sensor)
     plain = {"roll_deg": 0.0, "barrel": 0.0, "noise_grey": 0.0}
     return rig, rig.camera.model_copy(update=plain)
 
@@ -35,9 +35,9 @@ def test_markers_appear_where_the_sensor_file_has_them(name):
 
 def test_the_rigs_own_pins_before_another_camera():
     own = load_sensor("tip_b")
-    assert rig_of(own) == Rig()
+    assert make_rig(own) == Rig()
     other = own.model_copy(update={"width": 1280, "height": 960, "pitch_mm": 1.2})
-    camera = rig_of(other).camera
+    camera = make_rig(other).camera
     assert (camera.width, camera.height) == (1280, 960)
 
 
@@ -49,7 +49,7 @@ def test_packaged_files_are_as_their_script_writes_them(name):
 
 
 def test_tip_b_is_the_rig_as_it_is():
-    assert rig_of(load_sensor("tip_b")) == Rig()
+    assert make_rig(load_sensor("tip_b")) == Rig()
 
 
 def test_dark_discs_of_a_measured_size_are_drawn_as_such():
@@ -84,4 +84,4 @@ def test_another_square_layout_fits_into_its_picture():
 )
 def test_sensors_that_the_rig_cannot_have_are_refused(changed, sentence):
     with pytest.raises(InputError, match=sentence):
-        rig_of(load_sensor("hex127").model_copy(update=changed))
+        make_rig(load_sensor("hex127").model_copy(update=changed))

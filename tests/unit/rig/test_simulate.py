@@ -15,7 +15,7 @@ from afferents.recordings.data_sets import read_session
 from afferents.recordings.session_file import session_file
 from afferents.rig import HARD, NUISANCES
 from afferents.rig.simulate import simulate_session
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 
 from ...limits import files_no_larger_than
 
@@ -24,7 +24,7 @@ TEXTURES, SPEEDS, SECONDS = ("a", "g"), (50.0, 100.0), 1.6
 
 def simulate(folder, workers=1, **changed):
     words = {"textures": TEXTURES, "speeds_mm_s": SPEEDS, "seconds": SECONDS, **changed}
-    simulation = simulation_of(folder, "quick", **words)
+    simulation = make_simulation(folder, "quick", **words)
     with Progress(quiet=True) as progress:
         return simulate_session(simulation, workers, progress)
 
@@ -118,24 +118,27 @@ def test_a_full_disk_is_one_sentence_and_no_broken_file(fails, tmp_path):
 
 
 def test_nuisances_are_chosen_by_name_and_strength():
-    rig = simulation_of("s", "quick", nuisances="mains,tilt=0.05").rig
+    rig = make_simulation("s", "quick", nuisances="mains,tilt=0.05").rig
     assert rig.mounting.tilt_rad == 0.05
     assert rig.microphone.mains > 0
     assert rig.camera.noise_grey == 0
-    stronger = simulation_of("s", "quick", nuisances="all,tilt=0.05").rig
+    stronger = make_simulation("s", "quick", nuisances="all,tilt=0.05").rig
     assert stronger.mounting.tilt_rad == 0.05
     assert stronger.camera.noise_grey > 0
     assert set(NUISANCES) > {"mains", "tilt"}
     for text in ("tilt=0.05,all", "tilt=0.05,hard"):
-        assert simulation_of("s", "quick", nuisances=text).rig.mounting.tilt_rad == 0.05
+        assert make_simulation("s", "quick", nuisances=text).rig.mounting.tilt_rad == 0.05
 
 
 def test_a_hard_rig_has_every_nuisance_no_weaker_than_its_own():
-    own, hard = simulation_of("s", "quick").rig, simulation_of("s", "quick", nuisances="hard").rig
+    own, hard = (
+        make_simulation("s", "quick").rig,
+        make_simulation("s", "quick", nuisances="hard").rig,
+    )
     for name, (section, field) in NUISANCES.items():
         weak, strong = (getattr(getattr(rig, section), field) for rig in (own, hard))
         assert strong > weak if name in HARD else strong == weak
-    assert simulation_of("s", "quick", nuisances="hard,motor=0").rig.microphone.motor == 0
+    assert make_simulation("s", "quick", nuisances="hard,motor=0").rig.microphone.motor == 0
 
 
 def test_a_height_map_is_a_texture(tmp_path):
@@ -194,10 +197,10 @@ def test_a_session_of_another_configuration_is_refused(session):
 
 def test_at_another_depth_the_mounting_is_the_same_and_the_run_another():
     usual, deep = (
-        simulation_of("s", "quick", textures="d", indentation_mm=mm).config()["runs"]["1.5/20"]
+        make_simulation("s", "quick", textures="d", indentation_mm=mm).config()["runs"]["1.5/20"]
         for mm in (1.0, 1.2)
     )
-    assert usual == simulation_of("s", "quick", textures="d").config()["runs"]["1.5/20"]
+    assert usual == make_simulation("s", "quick", textures="d").config()["runs"]["1.5/20"]
     assert deep["tilt_rad"] == usual["tilt_rad"]
     assert deep["indentation_mm"] == pytest.approx(usual["indentation_mm"] + 0.2)
     assert deep["start_rad"] != usual["start_rad"]
@@ -206,7 +209,7 @@ def test_at_another_depth_the_mounting_is_the_same_and_the_run_another():
 @pytest.mark.parametrize(("seed", "other"), [(0, 1), (5, 0)])
 def test_other_prints_are_other_drums_and_other_runs_under_the_same_mounting(seed, other):
     usual, printed = (
-        simulation_of("s", "quick", textures="d", seed=seed, reprint=n).config()["runs"]["1.5/20"]
+        make_simulation("s", "quick", textures="d", seed=seed, reprint=n).config()["runs"]["1.5/20"]
         for n in (None, other)
     )
     same = {name for name in usual if usual[name] == printed[name]}
@@ -217,22 +220,22 @@ def test_other_prints_are_other_drums_and_other_runs_under_the_same_mounting(see
 def test_a_run_that_is_mounted_anew_shares_its_mounting_with_no_run_of_another_session(changed):
     words = {"textures": "d", "remount": "run"}
     one, other = (
-        simulation_of("s", "quick", **words, **more).config()["runs"]["1.5/20"]
+        make_simulation("s", "quick", **words, **more).config()["runs"]["1.5/20"]
         for more in ({}, changed)
     )
     assert one["tilt_rad"] != other["tilt_rad"]
 
 
 def test_mounting_indentation_and_nodules_are_switched():
-    own = simulation_of("s", "quick").rig
-    rig = simulation_of(
+    own = make_simulation("s", "quick").rig
+    rig = make_simulation(
         "s", "quick", remount="run", indentation_mm=0.4, nodules="off", nuisances="all"
     ).rig
     assert (own.mounting.remount, rig.mounting.remount) == ("session", "run")
     assert rig.mounting.tilt_rad == own.mounting.tilt_rad
     assert (rig.mounting.indentation_mm, rig.skin.nodular) == (0.4, False)
-    given = simulation_of("s", "quick", indentation_mm=0.4, reprint=1)
+    given = make_simulation("s", "quick", indentation_mm=0.4, reprint=1)
     assert given.config()["conditions"] == {"indentation_mm": 0.4, "print": 1}
-    assert "conditions" not in simulation_of("s", "quick").config()
-    prints = [simulation_of("s", "quick", seed=3, reprint=n).rig.drum.prints for n in (None, 0)]
+    assert "conditions" not in make_simulation("s", "quick").config()
+    prints = [make_simulation("s", "quick", seed=3, reprint=n).rig.drum.prints for n in (None, 0)]
     assert prints == [3, 0]

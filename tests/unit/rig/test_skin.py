@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from afferents.rig import Skin, bumped_surface, felt
+from afferents.rig import Skin, bumped_surface, soft_maximum
 from afferents.rig.kernel import SPAN
-from afferents.rig.skin import PHYSICS_RATE_HZ, mesh_of
+from afferents.rig.mesh import build_mesh
+from afferents.rig.skin import PHYSICS_RATE_HZ
 from afferents.rig.skin_on_drum import Motion, SkinOnDrum
 
 SKIN = Skin()
@@ -17,12 +18,12 @@ WEIGHT = np.full(361, 1 / 361)
 
 @pytest.fixture(scope="module")
 def g():
-    return felt(bumped_surface(3.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
+    return soft_maximum(bumped_surface(3.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
 
 
 @pytest.fixture(scope="module")
 def smooth():
-    return felt(bumped_surface(0.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
+    return soft_maximum(bumped_surface(0.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
 
 
 def motion(seconds, speed, depth=0.7, rate=PHYSICS_RATE_HZ, still_s=0.0):
@@ -107,7 +108,7 @@ def scattered():
 @pytest.mark.parametrize("pins", [hexagon(), scattered()], ids=["hexagon", "scattered"])
 def test_what_a_pin_does_to_another_comes_back(pins):
     """Times the mass that goes with its share, each coupling is the other's too."""
-    mesh, n = mesh_of(pins, 1.2), len(pins)
+    mesh, n = build_mesh(tuple(map(tuple, pins)), 1.2), len(pins)
     force = np.zeros((n, n))
     np.add.at(force, (np.arange(n)[:, None], mesh.neighbour), mesh.coupling * mesh.share[:, None])
     np.testing.assert_allclose(force, force.T, rtol=1e-5)
@@ -116,7 +117,7 @@ def test_what_a_pin_does_to_another_comes_back(pins):
 
 def inner_step(pins):
     """A mesh, a field that grows evenly, and how it differs from each inner pin's neighbours."""
-    mesh, field = mesh_of(pins, 1.2), pins @ [0.3, -0.2]
+    mesh, field = build_mesh(tuple(map(tuple, pins)), 1.2), pins @ [0.3, -0.2]
     inner = np.hypot(*pins.T) < 3
     return mesh, inner, field[mesh.neighbour] - field[:, None]
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from afferents.errors import InputError
-from afferents.rig import Drum, bumped_surface, felt, mapped_surface, read_height_map
+from afferents.rig import Drum, bumped_surface, mapped_surface, read_height_map, soft_maximum
 
 NOMINAL = Drum(print_sd_mm=0, patch_sd_mm=0)
 
@@ -96,7 +96,7 @@ def test_bumps_are_finished_in_patches_and_the_smooth_drum_has_none():
 def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging, texture):
     surface = bumped_surface(texture, NOMINAL)
     lifted = type(surface)(surface.height_mm + np.float32(mean), surface.length_mm)
-    envelope = felt(lifted, 2.0, bridging).height_mm
+    envelope = soft_maximum(lifted, 2.0, bridging).height_mm
     assert envelope.max() <= lifted.height_mm.max() + 1e-4
     assert envelope.mean() >= lifted.height_mm.mean() - 1e-4
 

@@ -11,7 +11,7 @@ from afferents.rig import STEADY_S, bumped_surface
 from afferents.rig.drive import Slide
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.run import simulate_run
-from afferents.rig.simulation import simulation_of
+from afferents.rig.simulation import make_simulation
 
 SWEEP = Slide(20.0, 80.0, False, speed_phase=0.0, depth_phase=0.0, deeper_mm=0.1, change_mm=0.2)
 SLOW_S, FAST_S = (6.0, 7.0), (3.0, 4.0)
@@ -116,7 +116,7 @@ def test_a_slide_that_lost_a_log_is_recorded_again(session):
 
 
 def test_repetitions_differ_in_phase_and_depth_and_textures_do_not():
-    runs = simulation_of("s", "quick", textures="ag", sweep="20:80:sine").config()["runs"]
+    runs = make_simulation("s", "quick", textures="ag", sweep="20:80:sine").config()["runs"]
     drawn = [[run[k] for k in ("speed_phase", "deeper_mm")] for run in runs.values()]
     assert drawn[:4] == drawn[4:]
     phase, deeper = np.array(drawn[:4]).T
@@ -141,4 +141,4 @@ def test_what_is_no_sweep_is_refused(fails, tmp_path, text):
 )
 def test_what_does_not_go_with_a_sweep_is_refused(words, said):
     with pytest.raises(InputError, match=f"^{said}: expected"):
-        simulation_of("s", "quick", **words)
+        make_simulation("s", "quick", **words)

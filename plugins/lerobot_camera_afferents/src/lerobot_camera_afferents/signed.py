@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.lab.live.touch import Pixels, Touch
-from afferents.markers.places import images_of
+from afferents.markers.places import make_images
 from lerobot_camera_afferents.config_camera import SHOWS
 
 MIDDLE, MOST = 128, 127
@@ -34,7 +34,7 @@ def draw_signed(touch: Touch, most_px: float) -> Pixels:
     now, before = touch.now, touch.before
     grown = now.distance - (math.nan if before is None else before.distance)
     values = np.vstack([now.displacement.T, grown])
-    image = np.nan_to_num(images_of(values, touch.grid.row, touch.grid.column))
+    image = np.nan_to_num(make_images(values, touch.grid.row, touch.grid.column))
     levels = MIDDLE + MOST * np.clip(image / most_px, -1, 1)
     return np.moveaxis(np.rint(levels), 0, 2).astype(np.uint8)
 

@@ -18,7 +18,7 @@ from afferents.lab.live.sensor_stream import JUMP_S, LATE_S
 from afferents.lab.live.sensors import DeviceSource
 from afferents.lab.live.sources import find_sensor, open_sources
 from afferents.lab.live.touch import NO_SOUND, NO_TIMES, Response, Touch
-from afferents.markers.sensor import Sensor, sensor_in
+from afferents.markers.sensor import Sensor, resolve_sensor
 
 MOST_SOUND_S = 5.0
 """Sound that waits for a frame is kept for this time."""
@@ -199,7 +199,7 @@ def stream(
     35
     """
     events.require_offset(audio_offset_s)
-    given = None if sensor is None else sensor_in(sensor)
+    given = None if sensor is None else resolve_sensor(sensor)
     known = given or find_sensor(str(video), fps_hz=fps_hz)
     channels: frozenset[events.Channel] = events.BOTH if audio is not None else frozenset({"video"})
     wanted, sound = events.Wanted(channels, known, fps_hz), None if audio is None else str(audio)

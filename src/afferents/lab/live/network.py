@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.channels import channel_of
+from afferents.channels import find_channel
 from afferents.encodings.base import ImageStream
 from afferents.encodings.frames import ImageEncoding
 from afferents.encodings.settings import read_encoding
@@ -77,7 +77,7 @@ class Network:
             )
         self.card: Card = parse_card(text, path)
         self._match_card()
-        self.channel = channel_of(self.card.channel)
+        self.channel = find_channel(self.card.channel)
         self.encoding = read_encoding(self.card.encoding, path)
         self._stream: ImageStream | None = None
         if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does

@@ -14,8 +14,9 @@ from afferents.lab.live.events import CameraFrame, Sound
 from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Filled
 from afferents.markers.detect import spacing_px, without_shine
 from afferents.markers.sensor import Sensor
-from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_motion, sample_pixels
+from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
+from afferents.quality.repeats import MANY_REPEATED, find_repeated
 from afferents.quality.sound import measure_level
 
 EVERY_S = 0.5

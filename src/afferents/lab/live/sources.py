@@ -16,7 +16,7 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.layouts import AUDIO, VIDEO, find_video, make_clip, session_around
 from afferents.recordings.media import is_image_folder
 from afferents.rig.config import Rig
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 from afferents.store.recording import Video
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file, rig or rig:g/50"
@@ -72,7 +72,7 @@ def open_sources(
             elif kind == "replay":
                 opened.append(ReplayedVideo(_open_clip(name, fps_hz), pace))
             elif kind == "rig":
-                rig = None if wanted.sensor is None else rig_of(wanted.sensor)
+                rig = None if wanted.sensor is None else make_rig(wanted.sensor)
                 opened.append(RigVideo(shows.setdefault(name, _make_show(name, rig))))
             else:
                 raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'{_GONE}")

@@ -14,7 +14,7 @@ from afferents.filling import Filler
 from afferents.lab.live.prediction import Counters
 from afferents.markers.detect import Positions
 from afferents.markers.grid import Grid
-from afferents.markers.places import images_of
+from afferents.markers.places import make_images
 from afferents.markers.sensor import Sensor
 
 Response = NDArray[np.float32]
@@ -148,7 +148,7 @@ class Touch:
             raise InputError(f"image: expected sa1, ra1 or speed, found {name!r}")
         if self.grid is None:
             raise InputError("image: expected a sensor file that says where the markers are")
-        images = images_of(getattr(self, name)[np.newaxis], self.grid.row, self.grid.column)
+        images = make_images(getattr(self, name)[np.newaxis], self.grid.row, self.grid.column)
         return np.asarray(images[0])
 
 
@@ -176,7 +176,7 @@ class Filled:
         shown, grid = self.markers.get(name), self.touch.grid
         if shown is None or grid is None or shown.shape[1] != len(self.touch.seen):
             return None
-        image = images_of(shown, grid.row, grid.column)
+        image = make_images(shown, grid.row, grid.column)
         return image if len(image) > 1 else image[0]
 
 

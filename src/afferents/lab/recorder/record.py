@@ -22,7 +22,7 @@ from afferents.lab.recorder.watch import NEXT, REDO, OnceMoreError, Watch
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.outputs import writing_alone
 from afferents.progress import Progress
-from afferents.rig.sensor_rig import rig_of
+from afferents.rig.sensor_rig import make_rig
 from afferents.store.drum_path import MARK
 
 _ONCE_MORE = "r"
@@ -179,7 +179,7 @@ def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = Non
     sensor, seen = load_sensor(plan.sensor), watch or Watch()
     if not dry_run:
         return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
-    rig = rig_of(sensor).printed(plan.seed)
+    rig = make_rig(sensor).printed(plan.seed)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
     bench = Bench(rig, plan)
     devices = simulate_devices(plan, path, bench)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import soundfile
-from tests.unit.films import images_of, write_film
+from tests.unit.films import make_images, write_film
 
 import afferents
 from afferents.errors import InputError
@@ -144,7 +144,7 @@ def test_frames_are_copied_even_if_nothing_encodes_such(files, tmp_path, coded_a
         camera = RigCamera(width=64, height=64)
         write_grey_jpegs(video, zip(np.arange(N) / 90, pictures, strict=True), camera)
     bring(video, audio, times, tmp_path / "S", "4", 40)
-    np.testing.assert_array_equal(images_of(tmp_path / "S/4/40/video.mp4"), images_of(video))
+    np.testing.assert_array_equal(make_images(tmp_path / "S/4/40/video.mp4"), make_images(video))
 
 
 def test_a_video_that_mp4_can_t_hold_is_refused(files, tmp_path):
