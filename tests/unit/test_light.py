@@ -69,7 +69,6 @@ def test_the_signals_of_a_clip_need_no_extra(bare, session):
     [
         ("evaluate", "s.zarr", "--out", "r"),
         ("train", "s.zarr", "m"),
-        ("report", "r"),
         ("explain", "m", "s.zarr", "--out", "w"),
         ("export", "m", "m.onnx"),
         ("reproduce", "out"),
@@ -100,6 +99,13 @@ def test_what_reads_or_writes_parquet_says_what_to_install(light, tmp_path):
         said = light(*arguments).stderr
         assert "expected the packages of the extra 'parquet', found No module" in said, said
         assert "pip install 'afferents[parquet]'" in said
+
+
+def test_results_say_what_reads_them(light):
+    """A report of a folder that is none says so first."""
+    code = "from pathlib import Path; from afferents.evaluation.results import read_predictions;"
+    ended = light("-c", f"{code} read_predictions(Path('r/predictions.parquet'))")
+    assert f"{NEEDS} 'pyarrow'" in ended.stderr
 
 
 def test_functions_that_learn_say_it_too(light):

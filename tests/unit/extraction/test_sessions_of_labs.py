@@ -143,7 +143,10 @@ def test_a_failed_extraction_does_not_block_the_next(lab, fails, run, does, othe
     does(*command, "--sensor", "tip_b", *ALONE)
     assert len(afferents.open_responses(tmp_path / "s.zarr")) == 2
     another = fails(*command, "--sensor", other_sensor, *ALONE)
-    assert "requested sensor, 'tip_b', found those of 'tip_b' (another columns); choose another" in another
+    assert (
+        "requested sensor, 'tip_b', found those of 'tip_b' (another columns); choose another"
+        in another
+    )
 
 
 @pytest.mark.parametrize("command", ["extract", "track"])

@@ -17,7 +17,8 @@ import pytest
 import soundfile
 from simulated_drum import until
 
-from afferents.recordings.run_log import BlockRow, sound_clock
+from afferents.recordings.run_log import BlockRow
+from afferents.recordings.sound_clock import sound_clock
 
 pytestmark = pytest.mark.system
 
