@@ -17,17 +17,15 @@ from sklearn.pipeline import make_pipeline
 
 import afferents
 from afferents import (
-    DataSet,
     LeaveOneSpeedOut,
     LogSpectra,
-    Recording,
-    Session,
-    WavFile,
     controls,
 )
 from afferents.errors import InputError
 from afferents.evaluation.controls import AS_IT_IS
 from afferents.models.solved import predict_left_out
+
+from ..folds.test_controls import Sounds as OverlappingSounds
 
 TEXTURES, SPEEDS = list("abc"), (10, 20, 40, 80)
 
@@ -101,21 +99,12 @@ def test_a_model_that_knows_the_labels_is_said_to(rng):
 RATE_HZ, WINDOW = 2000, 1000
 
 
-class Sounds(DataSet):
-    """Sounds ``{texture}_{speed}.wav``, two seconds each."""
+class Sounds(OverlappingSounds):
+    """The same in windows that don't overlap, which `controls` is given as arrays."""
 
-    name, title = "sounds", "sounds"
     encodings = {  # noqa: RUF012
         "orders": {"window_s": 0.5, "stride_s": 0.5, "lowest_hz": 10.0, "highest_hz": 500.0},
     }
-
-    def scan(self):
-        return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
-
-    def one(self, path):
-        texture, speed = path.stem.split("_")
-        sound = WavFile(path, channel=0)
-        return Recording(path.stem, texture, float(speed), path, audio=sound, steady_s=(0.0, 2.0))
 
 
 def discriminant(trained, named, tested):

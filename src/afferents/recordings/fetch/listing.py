@@ -202,10 +202,7 @@ def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
             raise InputError(
                 f"{page}: expected the hub's list of files, found another answer; {ANY_WAY_ROUND}"
             ) from error
-        for path, sha256, n_bytes in listed:
-            if not is_hidden(PurePosixPath(path)):
-                within = path_within(path, url)
-                yield RemoteFile(within, base + quote(within), sha256, n_bytes)
+        yield from _served(listed, url, base)
         page = answer.links.get("next", {}).get("url")
 
 
@@ -215,7 +212,8 @@ def _on_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
     answer = ask(session, page)
     try:
         found = answer.json()
-        listed = [(one["path"], one["size"]) for one in found["tree"] if one["type"] == "blob"]
+        files = (one for one in found["tree"] if one["type"] == "blob")
+        listed = [(one["path"], None, one["size"]) for one in files]
         whole = not found["truncated"]
     except (ValueError, TypeError, KeyError) as error:
         raise InputError(
@@ -226,10 +224,17 @@ def _on_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
             f"{page}: expected a list of all files, found one that was cut off; clone the "
             "repository with git instead"
         )
-    for path, n_bytes in listed:
+    yield from _served(listed, url, base)
+
+
+def _served(
+    listed: Iterable[tuple[str, str | None, int]], url: str, base: str
+) -> Iterator[RemoteFile]:
+    """Yield the files of a list of paths, SHA-256 and sizes that are not hidden."""
+    for path, sha256, n_bytes in listed:
         if not is_hidden(PurePosixPath(path)):
             within = path_within(path, url)
-            yield RemoteFile(within, base + quote(within), n_bytes=n_bytes)
+            yield RemoteFile(within, base + quote(within), sha256, n_bytes)
 
 
 def _in_folders(session: Any, base: str) -> Iterator[str]:
