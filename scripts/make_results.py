@@ -166,12 +166,18 @@ def _accuracies(results: Results, model: str, protocol: ProtocolName) -> dict[st
         "ci95": [round(share, 4) for share in one.ci95],
         "by_speed": {speed: round(share, 4) for speed, share in one.by.items()},
         "by_texture": {name: round(row[n] / max(1, sum(row)), 4) for n, (name, row) in rows},
+        "by_recording": _accuracy_by_recording(table),
         "by_touch": {
             length: round(fmean(accuracy_by_group(touch.named).values()), 4)
             for length, touch in touches.items()
             if touch is not None
         },
     }
+
+
+def _accuracy_by_recording(predictions: Any) -> dict[str, float]:
+    right = predictions["true_texture"] == predictions["predicted_texture"]
+    return right.groupby(predictions["recording"]).mean().round(4).to_dict()
 
 
 # Tables and the picture in the docs.
