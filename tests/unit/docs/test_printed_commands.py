@@ -44,13 +44,10 @@ NOT_RUN = {
     "afferents evaluate SWEPT.zarr --out BANDS --split speed --bands 35,65 "
     "--models sa-wave-vector": SWEPT,
     "afferents report BANDS": SWEPT,
-    "afferents inspect RUNS.zarr": SWEPT,
     "afferents evaluate RUNS.zarr --out BANDS --split speed --bands 35,65 "
     "--models sa-wave-vector": SWEPT,
     "afferents evaluate RUNS.zarr --out FORCES --split force --bands 3 "
     "--models sa-wave-vector": SWEPT,
-    "afferents evaluate RUNS.zarr --out HEARD --split speed --bands 35,65 "
-    "--models order-te-speed-known --window-s 0.5 --stride-s 0.25": SWEPT,
     "afferents benchmark run rig/speed --models chance,sa-wave-vector": (
         "simulates for a minute; on a smaller rig: test_the_rigs_task_makes_its_own_data"
     ),
