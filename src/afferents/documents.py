@@ -150,7 +150,9 @@ def _first_fault(
     fault = error.errors()[0]
     key, reason = ".".join(_keys(fault["loc"], content)), reason_in(fault)
     if fault["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        known = _all_keys(form.model_json_schema())
+        schema = form.model_json_schema()
+        tables = [schema, *schema.get("$defs", {}).values()]
+        known = {key for table in tables for key in table.get("properties", ())}
         meant = get_close_matches(str(fault["loc"][-1]), known, n=1)
         hint = f" (did you mean {meant[0]}?)" if meant else ""
         expected, found = f"keys of {what}", f"the unknown key '{key}'{hint}"
@@ -162,12 +164,6 @@ def _first_fault(
         expected, found = f"{what} with {key}: {reason}" if key else reason, repr(fault["input"])
         found = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
     return InputError(f"{where}: expected {expected}, found {found}{then(do)}")
-
-
-def _all_keys(schema: Mapping[str, Any]) -> set[str]:
-    """Return the keys of a form and of those inside it, from its JSON schema."""
-    tables = [schema, *schema.get("$defs", {}).values()]
-    return {key for table in tables for key in table.get("properties", ())}
 
 
 def reason_in(fault: Mapping[str, Any]) -> str:

@@ -155,7 +155,11 @@ def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Pa
             target.parent.mkdir(parents=True, exist_ok=True)
             yield partial
             require_free(target, replaces)
-            _rename(partial, target)
+            earlier = target.parent / _partial_name(target.name)
+            if target.is_dir() and partial.is_dir():  # which can't take a folder's place
+                target.replace(earlier)
+            partial.replace(target)
+            remove(earlier)
     except BaseException:
         remove(partial)
         for folder in made:
@@ -176,19 +180,13 @@ def naming(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.filename is None or str(error.filename).startswith(str(target.parent)):
-            raise _not_written(target, error) from error
-        raise  # of a file that is read meanwhile
-
-
-def _rename(partial: Path, target: Path) -> None:
-    if target.is_dir() and partial.is_dir():
-        earlier = target.parent / _partial_name(target.name)
-        target.replace(earlier)
-        partial.replace(target)
-        remove(earlier)
-    else:
-        partial.replace(target)
+        if error.filename and not str(error.filename).startswith(str(target.parent)):
+            raise  # of a file that is read meanwhile
+        kept = "nothing of it is left, and what was there before is untouched"
+        raise InputError(
+            f"{target}: expected room and permission to write it, found {_described(error)} "
+            f"({kept}); make room, or choose another place"
+        ) from error
 
 
 def _partial_name(name: str) -> str:
@@ -197,15 +195,6 @@ def _partial_name(name: str) -> str:
 
 def _described(error: OSError) -> str:
     return _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
-
-
-def _not_written(target: Path, error: OSError) -> InputError:
-    found = _described(error)
-    kept = "nothing of it is left, and what was there before is untouched"
-    return InputError(
-        f"{target}: expected room and permission to write it, found {found} ({kept}); make room, "
-        "or choose another place"
-    )
 
 
 def remove(path: Path) -> None:

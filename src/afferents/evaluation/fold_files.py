@@ -43,21 +43,10 @@ from afferents.evaluation.results import (
     read_config,
     read_predictions,
 )
-from afferents.folds.held_out import (
-    SPEED,
-    Amount,
-    Count,
-    Group,
-    GroupName,
-    Share,
-    Speed,
-    Split,
-    SplitName,
-    folder_name,
-    order,
-    split_named,
-)
+from afferents.folds import held_out
+from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName
 from afferents.folds.protocol import Fold, ProtocolName
+from afferents.forms import Amount, Count, Share, Speed
 from afferents.models.model import MODELS, Model, pick_own
 
 FOLDS, PLAN, OWN_MODELS = "folds", "plan.json", "own_models.json"
@@ -93,12 +82,12 @@ class FoldKey(Schema):
     @property
     def split(self) -> Split:
         """What is held out: a speed, or a group of another split."""
-        return split_named(self.split_name)
+        return held_out.split_named(self.split_name)
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
         seeds = results / FOLDS / self.model / self.protocol
-        return seeds / f"seed-{self.seed}" / folder_name(self.held_out)
+        return seeds / f"seed-{self.seed}" / held_out.folder_name(self.held_out)
 
     def mark(self, results: Path, kind: str) -> Path:
         """Return the file next to its folder: that it is `running`, `failed`, a `checkpoint`."""
@@ -168,7 +157,7 @@ def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, group."""
     keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     rank = {name: i for i, name in enumerate(MODELS)}  # a user's own models come last
-    keys.sort(key=lambda key: (key.model, key.protocol, key.seed, order(key.held_out)))
+    keys.sort(key=lambda key: (key.model, key.protocol, key.seed, held_out.order(key.held_out)))
     return sorted(keys, key=lambda key: rank.get(key.model, len(rank)))
 
 

@@ -138,7 +138,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=options.preset if fitting.learns_in_a_loop(model) else None,
-        recipe=dict(options.recipe.of_network(training.recipe)),
+        recipe=dict(options.recipe.changed.get(training.recipe, {})),
         statistics=options.statistics,
         seed=training.seed,
         **groups,
