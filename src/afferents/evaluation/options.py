@@ -251,13 +251,14 @@ class EvaluationOptions(TrainingOptions):
     def _read_conditions(cls, given: Any) -> dict[str, str]:
         if isinstance(given, Mapping):
             return {str(name): condition_text(value) for name, value in given.items()}
-        return choices.conditions_in([given] if isinstance(given, str) else given, "--without")
+        return choices.parse_conditions([given] if isinstance(given, str) else given, "--without")
 
     @field_validator("test_only", mode="before")
     @classmethod
     def _read_condition(cls, given: Any) -> tuple[str, str]:
-        pairs = choices.conditions_in([given], "--test-only") if isinstance(given, str) else given
-        ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
+        if isinstance(given, str):
+            given = choices.parse_conditions([given], "--test-only")
+        ((name, value),) = given.items() if isinstance(given, Mapping) else [tuple(given)]
         return str(name), condition_text(value)
 
     @field_validator("seeds", mode="before")
