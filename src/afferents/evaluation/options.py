@@ -30,7 +30,7 @@ from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, condition_text, split_named
 from afferents.folds.protocol import PROTOCOLS, Protocol
 from afferents.models.config import Hyperparameters, TrainingConfig, training_config
-from afferents.models.model import listed
+from afferents.models.model import list_wanted
 from afferents.store.trimming import Steady, parse_steady, written
 
 _Seed = Annotated[int, Field(ge=0, le=choices.LARGEST_SEED)]
@@ -185,7 +185,7 @@ class EvaluationOptions(TrainingOptions):
         Any,
         PlainSerializer(
             lambda given: ",".join(
-                one if isinstance(one, str) else one.name for one in listed(given)
+                one if isinstance(one, str) else one.name for one in list_wanted(given)
             )
         ),
     ] = choices.MODELS_ASKED

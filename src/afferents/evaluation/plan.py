@@ -416,7 +416,9 @@ class Evaluation:
         InputError
             If a model is an object of this process, which no other one can find.
         """
-        if objects := [m.name for m in rows.listed(self.options.models) if isinstance(m, Model)]:
+        if objects := [
+            m.name for m in rows.list_wanted(self.options.models) if isinstance(m, Model)
+        ]:
             raise InputError(
                 f"--cluster: expected models by name, or as FILE.py:NAME, which workers can read, "
                 f"found the object {objects[0]}; give the file that it is made in"

@@ -1,5 +1,6 @@
 """One model to keep and run live: trained on all speeds but one, calibrated on it, with a card."""
 
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ from afferents.models.model import MODELS, Model, choose_models, list_names
 from afferents.plugins import reference_of
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
-from afferents.store.responses import named_by_spacing
+from afferents.store.responses import Responses, named_by_spacing
 from afferents.store.trimming import require_within, set_steady
 from afferents.version import __version__
 
@@ -77,24 +78,9 @@ def train_model(
     encodings = encodings or data.encodings
     source, *_ = find_sources(model, encodings)
     recipe = fitting.choose_recipe(model, source.encoding)
-    if not can_run_live(model):
-        able = ", ".join(name for name, other in MODELS.items() if can_run_live(other))
-        raise InputError(
-            f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
-            f"found '{model.name}'"
-        )
     require_free(out, folder.is_model_folder, force=force, reads=[data.origin.data_set.path])
     recordings = set_steady(data.responses, options.steady)
-    plan.require_support([model], recordings, may_leave_out=False)
-    plan.require_options([model], encodings, recordings, options)
-    options.by.groups_of(recordings)
-    if (step := source.encoding.step) != 1:
-        raise InputError(
-            f"encodings: expected every frame, as a live model takes, found one of {step}"
-        )
-    for responses in recordings:
-        require_within(responses, source.channel.made_of, options.steady)
-    plan.require_trainable([model], recordings, encodings, options.cut)
+    _require_live(model, encodings, recordings, options)
     scores = () if results is None else read_scores(results, model, data, source, options, recipe)
     # What can't be put down in the card is refused before anything is learnt.
     classifier = model.classifier
@@ -149,6 +135,29 @@ def train_model(
     )
     folder.save_model(deployed, card, out)
     return card
+
+
+def _require_live(
+    model: Model, encodings: Encodings, recordings: Sequence[Responses], options: TrainingOptions
+) -> None:
+    """Refuse a model that can't be kept, data that don't support it, and options that don't fit."""
+    if not can_run_live(model):
+        able = ", ".join(name for name, other in MODELS.items() if can_run_live(other))
+        raise InputError(
+            f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
+            f"found '{model.name}'"
+        )
+    plan.require_support([model], recordings, may_leave_out=False)
+    plan.require_options([model], encodings, recordings, options)
+    options.by.groups_of(recordings)
+    ((channel, encoding),) = find_sources(model, encodings)
+    if encoding.step != 1:
+        raise InputError(
+            f"encodings: expected every frame, as a live model takes, found one of {encoding.step}"
+        )
+    for responses in recordings:
+        require_within(responses, channel.made_of, options.steady)
+    plan.require_trainable([model], recordings, encodings, options.cut)
 
 
 def can_run_live(model: Model) -> bool:
