@@ -129,7 +129,7 @@ def _find_hindrance(target: Path, is_ours: Recognise, reads: list[Path]) -> str:
 
 @contextmanager
 def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Path]:
-    """Yield a temporary path beside `target`; rename it to `target` if the block succeeds.
+    """Yield a temporary path next to `target`; rename it to `target` if the block succeeds.
 
     Works for files and folders. If the block raises, the temporary path is removed and an
     earlier `target` is left untouched.
@@ -208,7 +208,7 @@ def remove(path: Path) -> None:
 def remove_partials(folder: Path) -> None:
     """Remove what a run that was killed left unfinished anywhere below `folder`.
 
-    To be called by who has the folder's lock (`outputs.writing_alone`): nobody else writes there.
+    To be called by who has the folder's lock (`outputs.writing_alone`): no other run writes there.
     """
     for partial in sorted(folder.rglob(f"{PARTIAL_PREFIX}*")):
         remove(partial)
@@ -322,7 +322,7 @@ def require_same_config(
     Parameters
     ----------
     where
-        What was begun with `earlier` and is now asked to go on with `wanted`.
+        What was begun with `earlier` and is now to go on with `wanted`.
     kind
         What it holds, such as ``results``.
 

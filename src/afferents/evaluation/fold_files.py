@@ -28,7 +28,7 @@ from pydantic import Field
 from afferents import dims, files
 from afferents.channels import CHANNELS, find_channel
 from afferents.documents import read_json
-from afferents.encodings.samples import Samples
+from afferents.encodings.samples import Samples, list_textures
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.results import (
@@ -166,7 +166,6 @@ def predictions_table(
     samples: Samples,
     fold: Fold,
     probabilities: NDArray[np.float32],
-    textures: list[str],
     speed_mm_s: NDArray[np.float64] | None = None,
 ) -> pd.DataFrame:
     """Return one row a test sample.
@@ -174,10 +173,11 @@ def predictions_table(
     Parameters
     ----------
     probabilities
-        Shape (test sample, texture).
+        Shape (test sample, texture), textures in natural order.
     speed_mm_s
         Speed that the model estimated, (test sample,); None where it did not.
     """
+    textures = list_textures(samples)
     tested = {name: samples[name].to_numpy()[fold.test] for name in dims.SAMPLE_COORDS}
     table = pd.DataFrame(
         {

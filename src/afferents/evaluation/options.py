@@ -67,7 +67,7 @@ class TrainingOptions(BaseModel):
     preset: choices.Preset = choices.PRESET_ASKED
     """How networks are trained: as in the 'paper' (days for Table 1), 'fast', or 'quick', to see
     that it runs."""
-    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.describe())] = Field(
+    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.changed)] = Field(
         default_factory=Hyperparameters
     )
     """TOML file of hyperparameters that are not to be the preset's: learning_rate, max_epochs,

@@ -390,7 +390,7 @@ class Evaluation:
         options, given = self.options, self.options.given()
         names = "split", "control", "penalty", "statistics", "disturb", "disturb_training"
         chosen = {name: given.get(name) for name in names}
-        chosen |= {"recipe": options.recipe.describe()}
+        chosen |= {"recipe": options.recipe.changed}
         chosen |= {"steady_s": options.steady and list(options.steady)}
         return {
             "schema": SCHEMA,
@@ -416,9 +416,8 @@ class Evaluation:
         InputError
             If a model is an object of this process, which no other one can find.
         """
-        if objects := [
-            m.name for m in rows.list_wanted(self.options.models) if isinstance(m, Model)
-        ]:
+        wanted = rows.list_wanted(self.options.models)
+        if objects := [model.name for model in wanted if isinstance(model, Model)]:
             raise InputError(
                 f"--cluster: expected models by name, or as FILE.py:NAME, which workers can read, "
                 f"found the object {objects[0]}; give the file that it is made in"

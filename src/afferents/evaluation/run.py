@@ -20,7 +20,7 @@ import torch
 from joblib import cpu_count
 
 from afferents import dims, parallel
-from afferents.encodings.samples import Samples, list_textures
+from afferents.encodings.samples import Samples
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation import controls, data, fold_files, plan
@@ -404,9 +404,8 @@ def train_and_test(
     facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone
     facts |= key.content() | {"leaks": leaks[0].describe(key.split)}
     predictions = fold_files.predictions_table(
-        key, lead.samples, lead.fold, fitted.probabilities, list_textures(lead.samples),
-        fitted.speed_mm_s,
-    )  # fmt: skip
+        key, lead.samples, lead.fold, fitted.probabilities, fitted.speed_mm_s
+    )
     return FoldFacts.model_validate(facts), predictions, dump_weights(fitted.classifier)
 
 

@@ -119,7 +119,7 @@ def train_model(
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=options.preset if fitting.learns_in_a_loop(model) else None,
-        recipe=dict(options.recipe.changed.get(recipe, {})),
+        recipe=options.recipe.changed.get(recipe, {}),
         statistics=options.statistics,
         seed=seed,
         **groups,

@@ -249,12 +249,12 @@ class Hyperparameters:
     Attributes
     ----------
     changed
-        By network (see `RECIPES`), then by name of a field of `TrainingConfig`.
+        By network (see `RECIPES`), then by name of a field of `TrainingConfig`; ready for JSON.
     source
         The file that it was read from; empty for none.
     """
 
-    changed: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    changed: dict[str, dict[str, Any]] = field(default_factory=dict)
     source: str = ""
 
     @classmethod
@@ -271,10 +271,6 @@ class Hyperparameters:
         if isinstance(given, Mapping):
             return cls(_read_changes(given, "recipe", preset))
         return cls(_read_changes(read_toml(Path(str(given)), _WHAT), given, preset), str(given))
-
-    def describe(self) -> dict[str, dict[str, Any]]:
-        """Return it ready for JSON."""
-        return {network: dict(fields) for network, fields in self.changed.items()}
 
 
 def _read_changes(

@@ -49,8 +49,8 @@ def test_tables_go_before_what_holds_for_all(tmp_path):
     assert images.dropout == (0.5, 0.5, 0.1)
     assert (vibration.max_epochs, vibration.dropout) == (40, None)
     assert own.source == str(path)
-    assert own.describe()["cnn-lstm"] == {"max_epochs": 40, "patience": 5}
-    json.dumps(own.describe())
+    assert own.changed["cnn-lstm"] == {"max_epochs": 40, "patience": 5}
+    json.dumps(own.changed)
 
 
 @pytest.mark.parametrize(
