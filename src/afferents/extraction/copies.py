@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents import dims
-from afferents.markers.rest_report import rest_sentences
+from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written

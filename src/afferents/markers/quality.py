@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.markers.detect import spacing_px
-from afferents.markers.rest_report import start_sentences
+from afferents.markers.rest import start_sentences
 from afferents.quality.image import ImageQuality, find_light_issues
 from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
