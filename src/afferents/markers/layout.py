@@ -78,9 +78,14 @@ def find_layout(position: Positions) -> FoundLayout:
     length, width = np.linalg.svd(position - position.mean(axis=0), compute_uv=False)
     if width < IN_LINE * length:
         return FoundLayout("free", None, float("nan"), spacing)
-    order, roll = _hexagonal_order(position)
-    if order > ORDERED:
-        return FoundLayout("hexagonal", None, roll, spacing)
+    # How well the directions to the nearest six agree modulo 60 degrees, 0 to 1: those of a
+    # hexagonal lattice lie 60 degrees apart, those of rings anywhere.
+    distance, index = cKDTree(position).query(position, k=min(7, len(position)))
+    near = distance[:, 1:] < 1.4 * distance[:, 1:2]
+    step = (position[index[:, 1:]] - position[:, None])[near]
+    total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
+    if abs(total) > ORDERED:
+        return FoundLayout("hexagonal", None, float(np.degrees(np.angle(total)) / 6), spacing)
     # How well the distances from the middle are multiples of one distance, 0 to 1.
     ray = position - np.median(position, axis=0)
     steps = np.linspace(0.6, 1.6, 101) * spacing
@@ -95,18 +100,6 @@ def find_layout(position: Positions) -> FoundLayout:
     if rings > ORDERED or rays > ON_RAYS:
         return FoundLayout("radial", None, float("nan"), spacing)
     return FoundLayout("free", None, float("nan"), spacing)
-
-
-def _hexagonal_order(position: Positions) -> tuple[float, float]:
-    """Return how well the directions to the nearest six agree modulo 60 degrees, and the roll.
-
-    The nearest six of a hexagonal lattice lie 60 degrees apart, those of rings anywhere.
-    """
-    distance, index = cKDTree(position).query(position, k=min(7, len(position)))
-    near = distance[:, 1:] < 1.4 * distance[:, 1:2]
-    step = (position[index[:, 1:]] - position[:, None])[near]
-    total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
-    return float(abs(total)), float(np.degrees(np.angle(total)) / 6)
 
 
 def match_layout(

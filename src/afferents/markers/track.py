@@ -258,14 +258,9 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
         As `track` does.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    images = rest_images(video, sensor.rest_frame)
-    if sensor.layout == dims.CELLS:
-        return Cells([Frame(0.0, image) for image in images], sensor, video.path).rest_position
-    images = images[count_stale(images, sensor) :]
-    found = find_rest_markers(images, sensor, video.path, "windowed")
-    rest = order_markers(found, sensor, "windowed", None, video.path)
-    still = median_picture(images[: found.n_still])
-    return Tracker(sensor, rest.position, "windowed", still, None, rest.present).rest_position
+    frames = [Frame(0.0, image) for image in rest_images(video, sensor.rest_frame)]
+    n_stale = count_stale([frame.image for frame in frames], sensor)
+    return start_at_rest(frames[n_stale:], video.path, sensor).tracker.rest_position
 
 
 def track_markers(
