@@ -326,12 +326,12 @@ def track_markers(
     images = [frame.image for frame in at_rest]
     n_stale = 0 if method == "published" else count_stale(images, sensor)
     at_rest = at_rest[n_stale:]
-    tracker, present, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
+    tracker, first, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
         raise InputError(f"{video.path}: expected {expected}, found {len(own)}")
-    tracked, jumps_s = _follow(tracker, tracker.at_rest(present), chain(at_rest[1:], coming))
+    tracked, jumps_s = _follow(tracker, first, chain(at_rest[1:], coming))
     if passed.stopped and not keep_partial:
         raise AfferentsError(passed.stopped)
     back = np.flatnonzero(~(np.diff(passed.time_s) > 0))  # as in some H.264 in avi
@@ -392,8 +392,8 @@ class Begun(NamedTuple):
     ----------
     tracker
         Begins in the first of them.
-    present
-        Which markers it shows, (n,).
+    first
+        The markers in that.
     grid
         Their places in a tactile image; None for layouts without.
     seen
@@ -401,7 +401,7 @@ class Begun(NamedTuple):
     """
 
     tracker: Tracker | Cells
-    present: NDArray[np.bool_]
+    first: Tracked
     grid: Grid | None
     seen: dict[str, Any]
 
@@ -416,7 +416,7 @@ def start_at_rest(
     """Find the markers in the frames at rest, `N_FIRST` or fewer, or lay cells over them."""
     if sensor.layout == dims.CELLS:
         cells = Cells(frames, sensor, where)
-        return Begun(cells, cells.present, cells.grid, {})
+        return Begun(cells, cells.first, cells.grid, {})
     images = [frame.image for frame in frames]
     found = find_rest_markers(images, sensor, where, method, led=reference is not None)
     rest = order_markers(found, sensor, method, reference, where)
@@ -426,7 +426,8 @@ def start_at_rest(
     picture = measure_image_quality(
         without_shine(images[0], sensor.looks), shown, spacing_px(shown)
     )
-    return Begun(tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture))
+    seen = rest_seen(found, rest) | vars(picture)
+    return Begun(tracker, tracker.at_rest(rest.present), rest.grid, seen)
 
 
 def _follow(
