@@ -25,7 +25,7 @@ from .encodings.augment import (
 from .encodings.base import (
     VibrationEncoding as VibrationEncoding,
 )
-from .encodings.frames import (
+from .encodings.images import (
     ImageEncoding as ImageEncoding,
 )
 from .encodings.images import (
