@@ -18,7 +18,7 @@ DEMO = "demo"
 
 def devices() -> Output:
     """List cameras with their formats and rates, microphones, serial ports and drives."""
-    from afferents.lab.devices.found import find_devices
+    from afferents.lab.devices import find_devices
 
     found = find_devices()
     table = Table(show_header=False, box=None)
