@@ -9,9 +9,9 @@ from .distances import found_by_nearest as found_by_nearest
 from .exponent import accuracy_by_exponent as accuracy_by_exponent
 from .exponent import exponents as exponents
 from .exponent import spectral_exponent as spectral_exponent
-from .gaps import left_out as left_out
-from .gaps import without_gaps as without_gaps
+from .matching import left_out as left_out
 from .matching import matched as matched
+from .matching import without_gaps as without_gaps
 from .natural import described_natural as described_natural
 from .neo import from_neo as from_neo
 from .neo import to_neo as to_neo
