@@ -3,15 +3,19 @@
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
 from afferents.lab.live.control import set_rest_on_request
-from afferents.lab.live.events import Begin, Source, close_afterwards
+from afferents.lab.live.events import Begin, Source, Wanted, close_afterwards
+from afferents.lab.live.network import Network
 from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.replay import Played
+from afferents.lab.live.sources import find_sensor, open_sources
 from afferents.lab.live.terminal import show
+from afferents.markers.sensor import load_sensor
 from afferents.plugins import import_extra
 
 SHORT = (
@@ -70,6 +74,41 @@ def publish(
             outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
         messages[prediction.model].push_sample([json.dumps(prediction.to_dict())])
         yield prediction
+
+
+def open_pipeline(
+    model: Sequence[Path],
+    video: str | None,
+    audio: str | None,
+    sensor: str | None,
+    speed: float,
+    fps_hz: float | None,
+    exposure_ms: float | None,
+    audio_offset_s: float,
+) -> tuple[Sequence[Source], LivePipeline]:
+    """Open sources, and make what is to be run on them: models, or a look at what comes in.
+
+    Parameters
+    ----------
+    model
+        ONNX files; none to look only. They carry sensor and frame rate.
+    video, audio, speed, fps_hz, exposure_ms
+        As for `sources.open_sources`.
+    sensor
+        Sensor file or name; None to find the markers.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, source or sensor, or they don't go together.
+    """
+    if model:
+        pipeline = LivePipeline.with_models([Network(path) for path in model], audio_offset_s)
+        return open_sources(video, audio, pipeline.wanted, speed, exposure_ms), pipeline
+    known = find_sensor(video, load_sensor(sensor) if sensor else None, fps_hz)
+    wanted = Wanted(sensor=known, fps_hz=fps_hz)
+    sources = open_sources(video, audio, wanted, speed, exposure_ms, fps_hz)
+    return sources, LivePipeline.without_models(sources, known, audio_offset_s)
 
 
 Address = tuple[str, int, str | None]

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
+from afferents.lab.recorder import gate
 from afferents.lab.recorder.devices import Devices, make_devices, open_devices
-from afferents.lab.recorder.gate import Check, check_run, count_frames
+from afferents.lab.recorder.gate import Check
 from afferents.lab.recorder.plan import Entry, RecordingPlan, read_plan
 from afferents.lab.recorder.preflight import preflight
 from afferents.lab.recorder.rehearsal import Bench, simulate_devices
 from afferents.lab.recorder.run import DiskFullError, RedoRequestedError, Run
 from afferents.lab.recorder.session import AGAIN, RecordedSession
-from afferents.lab.recorder.taps import describe_sound_times, measure_taps
 from afferents.lab.recorder.watch import NEXT, REDO, OnceMoreError, Watch
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.outputs import writing_alone
@@ -380,15 +380,15 @@ class Recorder:
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")
             raise
-        counts = count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
-        checks = check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
-        taps = measure_taps(folder, plan, self.sensor) if plan.tap_s else None
+        counts = gate.count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
+        checks = gate.check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
+        taps = gate.measure_taps(folder, plan, self.sensor) if plan.tap_s else None
         checks += [taps.check] if taps else []
         why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
         if why:
             self._put_aside(folder, entry, why, checks)
             return why
-        more = describe_sound_times(log, devices.sound, taps)
+        more = gate.describe_sound_times(log, devices.sound, taps)
         more["camera"] = asdict(devices.camera.settings)
         earlier = kept.accept(folder, entry, checks, counts, more)
         if earlier is not None:
