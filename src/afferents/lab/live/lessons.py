@@ -7,7 +7,8 @@ the same samples.
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -297,7 +298,7 @@ class Lessons:
                 f"a lesson: expected an end of '{self._requested[0]}' first, found none"
             )
         listed = self._content["recordings"]
-        speeds = {one.get("speed_mm_s", speed_mm_s) for one in listed} | {speed_mm_s}
+        speeds = {one.get("speed_mm_s") for one in listed} | {speed_mm_s}
         named = {(f"{speed:g}", speed) for speed in speeds if speed is not None}
         require_distinct("a lesson", [name, *(one["texture"] for one in listed)], named)
         self._ending, self._requested = False, (name, speed_mm_s)
@@ -332,40 +333,32 @@ class Lessons:
             self._at_rest.append(picture.frame.image.copy())  # a camera's memory is used again
         if self._requested is None:
             return
-        try:
-            with naming(self._partial):
-                if self._lesson is None and touching:
-                    if not self._at_rest:
-                        raise InputError(
-                            "expected frames at rest before it, found none; let go, and try again"
-                        )
-                    remove(self._partial)
-                    self._partial.mkdir(parents=True)
-                    rates = self._fps_hz, self._sample_rate_hz
-                    self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
-                goes_on = self._lesson is None or self._lesson.add(picture, filled)
-        except (InputError, OSError) as error:
-            self._forget(str(error))
-            return
-        if self._ending or not goes_on:
-            self.end()
+        with self._forgetting_faults():
+            if self._lesson is None and touching:
+                if not self._at_rest:
+                    raise InputError(
+                        "expected frames at rest before it, found none; let go, and try again"
+                    )
+                remove(self._partial)
+                self._partial.mkdir(parents=True)
+                rates = self._fps_hz, self._sample_rate_hz
+                self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
+            goes_on = self._lesson is None or self._lesson.add(picture, filled)
+            if self._ending or not goes_on:
+                self.end()
 
     def hear(self, time_s: float, samples: Response) -> None:
         """Take in sound, (n, channel), the first sample taken at a time on the video's clock, s."""
         if self._lesson is not None:
-            try:
-                with naming(self._partial):
-                    self._lesson.hear(time_s, samples[:, -1:])
-            except (InputError, OSError) as error:
-                self._forget(str(error))
+            with self._forgetting_faults():
+                self._lesson.hear(time_s, samples[:, -1:])
 
     def end(self) -> None:
         """End the lesson that runs, if any, and learn from it."""
         lesson = self._lesson
-        try:
+        with self._forgetting_faults():
             if lesson is not None:
-                with naming(self._partial):
-                    lesson.close()
+                lesson.close()
                 if len(lesson.runs) < LEAST:
                     raise InputError(
                         f"expected {LEAST} runs of frames in a touch, without {EDGE_S:g} s at "
@@ -374,8 +367,6 @@ class Lessons:
                 self._keep(lesson)
             elif self._ending:
                 raise InputError("expected a touch, found none; begin again, and slide")
-        except (InputError, OSError) as error:
-            self._forget(str(error))
 
     def _keep(self, lesson: _Lesson) -> None:
         """Let a lesson's files be a recording, and learn from it."""
@@ -406,11 +397,16 @@ class Lessons:
         again = f", the touch of number {n}" if n > 1 else ""
         self._stand_by(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
 
-    def _forget(self, why: str) -> None:
-        """Let a lesson be none, and report why."""
-        name = self._requested[0] if self._requested else ""
-        remove(self._partial)
-        self._stand_by(f"'{name}' was not learnt: {why}")
+    @contextmanager
+    def _forgetting_faults(self) -> Iterator[None]:
+        """Let a lesson that can't be recorded or learnt from be none, and report why."""
+        try:
+            with naming(self._partial):
+                yield
+        except (InputError, OSError) as error:
+            name = self._requested[0] if self._requested else ""
+            remove(self._partial)
+            self._stand_by(f"'{name}' was not learnt: {error}")
 
     def _stand_by(self, what: str) -> None:
         """Wait for the next lesson, and report what became of the last."""

@@ -245,10 +245,7 @@ class Recorder:
         todo = [e for e in entries if e.name not in kept.finished or e.name in again]
         if not todo:
             return self._outcome
-        with (
-            writing_alone(session, "record"),
-            open_devices(self.devices, self.plan, self.path),
-        ):
+        with writing_alone(session, "record"), open_devices(self.devices, self.plan, self.path):
             n_done = len(kept.finished - {entry.name for entry in todo})
             self.watch.open(self.devices, self.plan, session, n_done, n_done + len(todo))
             while True:
