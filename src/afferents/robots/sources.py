@@ -22,7 +22,7 @@ QUALITY = 95
 """Of JPEGs, where the camera gave none."""
 
 
-class Source(NamedTuple):
+class Chosen(NamedTuple):
     """A recording as it was made, and what was extracted of it; None for what is not given."""
 
     recording: Recording | None
@@ -37,7 +37,7 @@ class Source(NamedTuple):
 
 def find_recordings(
     source: Place, store: Place | None, wanted: Sequence[str] = (), most: int | None = None
-) -> dict[str, Source]:
+) -> dict[str, Chosen]:
     """Return recordings by name.
 
     Parameters
@@ -76,7 +76,7 @@ def find_recordings(
         )
     if session is not None:
         recordings_of(session, (responses[name] for name in chosen if name in responses))
-    return {name: Source(recordings.get(name), responses.get(name)) for name in chosen}
+    return {name: Chosen(recordings.get(name), responses.get(name)) for name in chosen}
 
 
 def jpegs(video: Video, quality: int) -> Iterator[tuple[float, bytes]]:

@@ -17,7 +17,7 @@ from afferents import files
 from afferents.documents import read_json
 from afferents.errors import InputError, reading
 from afferents.files import Place, write_json
-from afferents.lab.recorder.bags import Bag, ImportedFiles, extract_files
+from afferents.lab.recorder.bags import ImportedFiles, extract_files
 from afferents.lab.recorder.gate import Check, check_frames, count_frames
 from afferents.lab.recorder.plan import FASTEST_MM_S, Tolerance, require_texture
 from afferents.lab.recorder.session import RUN, require_same_rates
@@ -116,9 +116,9 @@ def import_recording(
         raise InputError(
             f"{source}: expected a bag alone, which holds sound and times, found more files"
         )
-    bag = Bag(source, image_topic, audio_topic, audio_rate_hz, audio_channels)
+    wanted = image_topic, audio_topic, audio_rate_hz, audio_channels
     with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
-        given = extract_files(bag, Path(folder))
+        given = extract_files(source, Path(folder), *wanted)
         if audio_start_s is not None:
             given = given._replace(audio_start_s=audio_start_s)
         return _write(given, target, texture, speed_mm_s, keep)
