@@ -7,14 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
+from afferents.lab.live import events, network, replay, terminal
 from afferents.lab.live.control import set_rest_on_request
-from afferents.lab.live.events import Begin, Source, Wanted, close_afterwards
-from afferents.lab.live.network import Network
 from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.replay import Played
 from afferents.lab.live.sources import find_sensor, open_sources
-from afferents.lab.live.terminal import show
 from afferents.markers.sensor import load_sensor
 from afferents.plugins import import_extra
 
@@ -85,7 +82,7 @@ def open_pipeline(
     fps_hz: float | None,
     exposure_ms: float | None,
     audio_offset_s: float,
-) -> tuple[Sequence[Source], LivePipeline]:
+) -> tuple[Sequence[events.Source], LivePipeline]:
     """Open sources, and make what is to be run on them: models, or a look at what comes in.
 
     Parameters
@@ -103,10 +100,11 @@ def open_pipeline(
         If there is no such model, source or sensor, or they don't go together.
     """
     if model:
-        pipeline = LivePipeline.with_models([Network(path) for path in model], audio_offset_s)
+        networks = [network.Network(path) for path in model]
+        pipeline = LivePipeline.with_models(networks, audio_offset_s)
         return open_sources(video, audio, pipeline.wanted, speed, exposure_ms), pipeline
     known = find_sensor(video, load_sensor(sensor) if sensor else None, fps_hz)
-    wanted = Wanted(sensor=known, fps_hz=fps_hz)
+    wanted = events.Wanted(sensor=known, fps_hz=fps_hz)
     sources = open_sources(video, audio, wanted, speed, exposure_ms, fps_hz)
     return sources, LivePipeline.without_models(sources, known, audio_offset_s)
 
@@ -116,7 +114,7 @@ Address = tuple[str, int, str | None]
 
 
 def give_out(
-    sources: Sequence[Source],
+    sources: Sequence[events.Source],
     pipeline: LivePipeline,
     web: Address | None = None,
     lsl: bool = False,
@@ -169,12 +167,12 @@ def give_out(
         for source in recorded:
             source.rewind()
         for channel, stream in pipeline.by_channel.items():
-            stream.begin(Begin(channel, 0.0))
+            stream.begin(events.Begin(channel, 0.0))
         return give()
 
-    recorded = [source for source in sources if isinstance(source, Played)]
+    recorded = [source for source in sources if isinstance(source, replay.Played)]
     listening = set_rest_on_request(pipeline.set_rest, control, pipeline.lessons)
-    with close_afterwards(sources), listening:
+    with events.close_afterwards(sources), listening:
         check_sources(sources, pipeline)  # before anything is opened for the predictions
         if web is not None:
             from afferents.lab.live.web.server import serve
@@ -186,6 +184,6 @@ def give_out(
             for _ in give():
                 pass
         else:
-            show(give(), pipeline)
+            terminal.show(give(), pipeline)
         if web is None and not is_fresh:
             raise InputError(trouble)

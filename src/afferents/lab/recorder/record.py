@@ -10,13 +10,11 @@ from pathlib import Path
 
 from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
-from afferents.lab.recorder import gate
+from afferents.lab.recorder import gate, rehearsal, run
 from afferents.lab.recorder.devices import Devices, make_devices, open_devices
 from afferents.lab.recorder.gate import Check
 from afferents.lab.recorder.plan import Entry, RecordingPlan, read_plan
 from afferents.lab.recorder.preflight import preflight
-from afferents.lab.recorder.rehearsal import Bench, simulate_devices
-from afferents.lab.recorder.run import DiskFullError, RedoRequestedError, Run
 from afferents.lab.recorder.session import AGAIN, RecordedSession
 from afferents.lab.recorder.watch import NEXT, REDO, OnceMoreError, Watch
 from afferents.markers.sensor import Sensor, load_sensor
@@ -181,8 +179,8 @@ def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = Non
         return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
     rig = make_rig(sensor).printed(plan.seed)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
-    bench = Bench(rig, plan)
-    devices = simulate_devices(plan, path, bench)
+    bench = rehearsal.Bench(rig, plan)
+    devices = rehearsal.simulate_devices(plan, path, bench)
     return Recorder(plan, path, sensor, devices, None if watch is None else ask, bench, seen)
 
 
@@ -209,7 +207,7 @@ class Recorder:
     sensor: Sensor
     devices: Devices
     ask: Ask | None = None
-    bench: Bench | None = None
+    bench: rehearsal.Bench | None = None
     watch: Watch = field(default_factory=Watch)
     _texture: str = ""
 
@@ -351,18 +349,18 @@ class Recorder:
         folder = kept.running(entry)
         try:
             drum = plan.drum(kept.opened, entry.texture)
-            log = Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
+            log = run.Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
             self.watch.say(f"{entry.name}: is it good enough?")
             if self.watch.wants_redo:  # requested after the drive was read last
-                raise RedoRequestedError
+                raise run.RedoRequestedError
         except AfferentsError as error:
             self._put_aside(folder, entry, str(error))
-            if isinstance(error, DiskFullError):
+            if isinstance(error, run.DiskFullError):
                 raise InputError(
                     f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
                     "command then goes on; what is finished is kept"
                 ) from error
-            if not isinstance(error, RedoRequestedError):  # else the drum's positions count on
+            if not isinstance(error, run.RedoRequestedError):  # else the drum's positions count on
                 self.watch.say(f"{entry.name}: waiting for the devices: {error}")
                 before = devices.camera.settings.controls
                 devices.reopen(self.watch.stop_if_requested, self._note)
