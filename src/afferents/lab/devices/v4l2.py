@@ -257,14 +257,13 @@ class V4l2Options(CameraOptions):
 
     def wanted(self) -> list[tuple[int, int, str]]:
         """Return the controls that are to be set; see `fix_controls`."""
-        exposure = self.exposure_ms
         given = (
-            (EXPOSURE, None if exposure is None else round(exposure * UNITS_A_MS), "exposure_ms"),
+            (EXPOSURE, self.exposure_ms and self.exposure_ms * UNITS_A_MS, "exposure_ms"),
             (GAIN, self.gain, "gain"),
             (WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
             (FOCUS, self.focus, "focus"),
         )
-        return [(control, value, name) for control, value, name in given if value is not None]
+        return [(number, round(value), name) for number, value, name in given if value is not None]
 
 
 class V4l2Camera(Camera):

@@ -1,6 +1,7 @@
 """Where predictions go: a page, the terminal, JSON lines, Lab Streaming Layer."""
 
 import json
+import math
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -44,12 +45,12 @@ def publish(
     """
     pylsl = import_extra("lsl", "--lsl", "pylsl")
     numbers: dict[str, Any] = {}
-    given: dict[str, tuple[str, ...]] = {}
+    given: dict[str, list[str]] = {}
 
-    def open_numbers(name: str, several: Sequence[str]) -> None:
-        if not several or given.get(name) == tuple(several):
+    def open_numbers(name: str, several: list[str]) -> None:
+        if not several or given.get(name) == several:
             return
-        given[name] = tuple(several)  # more may be taught later
+        given[name] = several  # more may be taught later
         described = pylsl.StreamInfo(
             f"{PROBABILITIES} {name}", "Touch", len(several), 0, "float32", f"afferents-{name}"
         )
@@ -62,13 +63,12 @@ def publish(
     for name, several in textures.items():
         described = f"{MESSAGES} {name}", "Markers", 1, 0, "string", f"afferents-{name}-json"
         messages[name] = pylsl.StreamOutlet(pylsl.StreamInfo(*described))
-        open_numbers(name, several)
-    nothing = float("nan")
+        open_numbers(name, list(several))
     for prediction in predictions:
-        open_numbers(prediction.model, tuple(prediction.evidence))
+        open_numbers(prediction.model, list(prediction.evidence))
         if outlet := numbers.get(prediction.model):
             known = prediction.probabilities
-            outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
+            outlet.push_sample([known.get(texture, math.nan) for texture in prediction.evidence])
         messages[prediction.model].push_sample([json.dumps(prediction.to_dict())])
         yield prediction
 

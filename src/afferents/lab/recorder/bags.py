@@ -166,12 +166,10 @@ def _read_picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes
     data = np.asarray(message.data, np.uint8)
     if hasattr(message, "format"):
         content = data.tobytes()
-        if not content.startswith(JPEG):
+        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+        if picture is None or not content.startswith(JPEG):
             found = f"'{message.format}'"
             raise InputError(f"{path}: expected compressed pictures that are JPEGs, found {found}")
-        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
-        if picture is None:
-            raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
         return "MJPG", (picture.shape[1], picture.shape[0]), content
     width, height = int(message.width), int(message.height)
     rows = data[: height * message.step].reshape(height, message.step)

@@ -70,23 +70,6 @@ class Check(NamedTuple):
         }
 
 
-class Tapped(NamedTuple):
-    """What the taps of a run show.
-
-    Attributes
-    ----------
-    check
-        For the gate.
-    offset_s, error_s
-        What the camera sees at t, the microphone hears at t + `offset_s`; and its uncertainty, one
-        standard deviation. None where the taps were not found.
-    """
-
-    check: Check
-    offset_s: float | None = None
-    error_s: float | None = None
-
-
 class Counts(NamedTuple):
     """What became of the frames of a run.
 
@@ -278,7 +261,9 @@ def check_markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Record
     )
 
 
-def measure_taps(folder: Path, plan: RecordingPlan, sensor: Sensor) -> Tapped:
+def measure_taps(
+    folder: Path, plan: RecordingPlan, sensor: Sensor
+) -> tuple[Check, dict[str, float | None]]:
     """Measure the offset of a run's sound and picture from its taps.
 
     The markers are followed until the drum starts, and compared with the sound until then.
@@ -287,6 +272,13 @@ def measure_taps(folder: Path, plan: RecordingPlan, sensor: Sensor) -> Tapped:
     ----------
     folder
         Where its files lie.
+
+    Returns
+    -------
+    tuple
+        A check for the gate, and for `run.json` the offset in `seconds` and its `error_s`: what the
+        camera sees at t, the microphone hears at t + `seconds`, with an uncertainty of one standard
+        deviation. None where the taps were not found.
     """
     name = "sound against picture"
     time_s, position = [], []
@@ -308,15 +300,14 @@ def measure_taps(folder: Path, plan: RecordingPlan, sensor: Sensor) -> Tapped:
         found = measure_offset(np.array(time_s), np.array(position), heard, rate_hz)
     except InputError as error:
         do = "tap the fingertip three times, softly, with something smooth, when it is time"
-        return Tapped(Check(name, False, f"no tap that both show ({error.at('taps')})", do))
+        check = Check(name, False, f"no tap that both show ({error.at('taps')})", do)
+        return check, {"seconds": None, "error_s": None}
     error_s = float(np.hypot(found.error_s, SYSTEMATIC_S))
     offset = f"{1000 * found.seconds:+.1f} ms, give or take {1000 * error_s:.1f}"
-    return Tapped(Check(name, True, offset), found.seconds, error_s)
+    return Check(name, True, offset), {"seconds": found.seconds, "error_s": error_s}
 
 
-def describe_sound_times(
-    log: Log, microphone: MicrophoneSettings | None, taps: Tapped | None
-) -> dict[str, Any]:
+def describe_sound_times(log: Log, microphone: MicrophoneSettings | None) -> dict[str, Any]:
     """Return what is known of when the sound of a run was taken, as `run.json` has it."""
     about: dict[str, Any] = {}
     if microphone is not None and log.blocks and log.origin_s is not None:
@@ -325,6 +316,4 @@ def describe_sound_times(
         if clock.drift is not None:
             share, error = clock.drift
             about["sound_clock"] |= {"drift": share, "drift_error": error}
-    if taps:
-        about["audio_offset"] = {"seconds": taps.offset_s, "error_s": taps.error_s}
     return about

@@ -377,14 +377,15 @@ class Recorder:
             raise
         counts = gate.count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
         checks = gate.check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
-        taps = gate.measure_taps(folder, plan, self.sensor) if plan.tap_s else None
-        checks += [taps.check] if taps else []
+        more = gate.describe_sound_times(log, devices.sound)
+        more["camera"] = asdict(devices.camera.settings)
+        if plan.tap_s:
+            check, more["audio_offset"] = gate.measure_taps(folder, plan, self.sensor)
+            checks.append(check)
         why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
         if why:
             self._put_aside(folder, entry, why, checks)
             return why
-        more = gate.describe_sound_times(log, devices.sound, taps)
-        more["camera"] = asdict(devices.camera.settings)
         earlier = kept.accept(folder, entry, checks, counts, more)
         if earlier is not None:
             self._outcome.attempts_aside.append((str(earlier), AGAIN))
