@@ -154,7 +154,7 @@ from .neuro.natural import (
 from .neuro.neural import (
     neural as neural,
 )
-from .neuro.nwb.export import (
+from .neuro.nwb import (
     export_nwb as export_nwb,
 )
 from .recordings.audio import (

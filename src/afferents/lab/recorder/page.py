@@ -63,11 +63,7 @@ class RecordingPage(Shown):
             elif picture is not None:
                 jpeg = bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
         if camera is not None:
-            video = {
-                "rate_hz": camera.fps_hz,
-                "sensor": self._follower.describe(),
-                "quality": [],
-            }
+            video = {"rate_hz": camera.fps_hz, "sensor": self._follower.describe(), "quality": []}
             if pair and self._touched is not None:
                 video |= {"size": (camera.width, camera.height), **draw_markers(self._touched)}
         state: dict[str, Any] = {
