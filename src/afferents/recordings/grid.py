@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.recordings.frame_rate import RATE_TOLERANCE, lost_frames
+from afferents.recordings.check import RATE_TOLERANCE, lost_frames
 from afferents.recordings.session_file import SessionFile
 from afferents.store.recording import Recording, RecordingSet, natural_order, require_distinct
 

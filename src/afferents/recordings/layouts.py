@@ -1,28 +1,36 @@
-"""The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
+"""The recordings of a session: in the published layout, or as its session file names them.
 
-Layout (preprocess/process.ipynb, cells 2-3; vibrotactile/process_vibration.ipynb, cells 2-3):
-texture folders ``0 0.5 ... 6`` (bump spacing, mm), speed folders ``10 20 ... 100`` (mm/s), the
-marker reference ``throw_away.mp4`` in the first of them, ``0/10``. Repetitions are one folder
-deeper: ``<texture>/<speed>/<repetition>/``. The video may be in any container (``video.avi``),
-or a folder of numbered images, ``video/``.
+Published are ``<texture>/<speed>/video.mp4`` and ``audio.wav`` (preprocess/process.ipynb and
+vibrotactile/process_vibration.ipynb, cells 2-3): texture folders ``0 0.5 ... 6`` (bump spacing,
+mm), speed folders ``10 20 ... 100`` (mm/s), the marker reference ``throw_away.mp4`` in the first of
+them, ``0/10``. Repetitions are one folder deeper: ``<texture>/<speed>/<repetition>/``. The video
+may be in any container (``video.avi``), or a folder of numbered images, ``video/``. A session file
+names files one by one, or by a pattern.
 """
 
+import glob
 import re
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.recordings.audio import WavFile
-from afferents.recordings.media import is_video
+from afferents.recordings.media import IMAGES, find_media, is_sound, is_video, named
+from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, parse_speed
 from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
 from afferents.recordings.session_file import (
     SESSION_FILE,
     SESSION_TOML,
+    ListedRecording,
     SessionFile,
+    require_label,
     session_file,
 )
 from afferents.recordings.video import VideoFile
-from afferents.store.recording import Recording, Video
+from afferents.store.log import LoggedFile
+from afferents.store.recording import Recording, Video, fold_label, require_utf8
 
 VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
 
@@ -127,3 +135,160 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
             own = (r.fps_hz for r in declared.recordings if path == folder / (r.video or ""))
             return declared, next(own, None)
     return SessionFile(sensor_channel=None), None
+
+
+def listed(root: Path, declared: SessionFile) -> list[Recording]:
+    """Return the recordings of a session whose files are named; none is opened.
+
+    Raises
+    ------
+    InputError
+        If a file is not there, a pattern fits none, or two recordings have one id.
+    """
+    entries = declared.recordings or tuple(_by_pattern(root, declared))
+    if declared.audio_pattern and not any(entry.audio for entry in entries):
+        raise InputError(
+            f"{root / declared.file}: expected sound that the audio_pattern "
+            f"'{declared.audio_pattern}' fits, found none; mend it, or leave it out"
+        )
+    _require_names(root / declared.file, entries)
+    found = [_listed_recording(root, entry, declared) for entry in entries]
+    in_folder = Counter(one.source.parent for one in found)
+    # A folder of its own may hold the log of its drum, or the reference of its markers.
+    return [
+        replace(one, source=one.source.parent) if in_folder[one.source.parent] == 1 else one
+        for one in found
+    ]
+
+
+def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
+    """Yield the recordings of the files that a pattern fits."""
+    where = root / declared.file
+    pattern = Pattern(declared.pattern or "", where)
+    sound = Pattern(declared.audio_pattern, where) if declared.audio_pattern else None
+    if TEXTURE not in pattern.names:
+        expected = "a pattern with {texture}, or with {texture} and {speed}"
+        raise InputError(f"{where}: expected {expected}, found '{pattern.text}'")
+    found = pattern.paths_in(root)
+    if not found:
+        there = find_media(root)
+        raise InputError(
+            f"{where}: expected files that the pattern '{pattern.text}' fits, found "
+            f"{f'none among {named(root, there)}' if there else 'no recordings at all'}; mend the "
+            "pattern, or list the recordings"
+        )
+    for path, values in found:
+        file = path.relative_to(root).as_posix()
+        require_utf8(file)
+        # Whether all have sound is checked of all together.
+        sound_file = _in_any_case(root, sound.filled(values)) if sound else None
+        heard = is_sound(path)
+        speed = parse_speed(values[SPEED]) if SPEED in values else None
+        if speed == 0:
+            raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
+        others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}
+        parts = [values[TEXTURE]]
+        parts += [values[SPEED].replace(",", ".")] if SPEED in values else []
+        parts += ["_".join(others.values())] if others else []
+        yield ListedRecording(
+            video=None if heard else file,
+            audio=file if heard else sound_file,
+            texture=_label(path, values[TEXTURE]),
+            speed_mm_s=speed,
+            id="/".join(_label(path, part) for part in parts),
+            conditions=others,
+        )
+
+
+def _in_any_case(root: Path, file: str) -> str | None:
+    """Return a file, or one whose ending differs from it in capitals alone; None for none."""
+    wanted = root / file
+    if wanted.is_file():
+        return file
+    for path in wanted.parent.glob(f"{glob.escape(wanted.stem)}.*"):
+        if path.suffix.lower() == wanted.suffix.lower():
+            return path.relative_to(root).as_posix()
+    return None
+
+
+def _label(path: Path, text: str) -> str:
+    try:
+        return require_label(fold_label(text))
+    except ValueError as error:
+        raise InputError(f"{path}: expected {error!s}, found '{text}'; rename the file") from error
+
+
+def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
+    """Refuse two recordings of one id, and one whose group would lie in another's."""
+    by_name: dict[str, ListedRecording] = {}
+    for entry in entries:
+        other = by_name.setdefault(entry.name, entry)
+        if other is not entry:
+            raise InputError(
+                f"{where}: expected recordings with an id each, found {other.file} and "
+                f"{entry.file}, both {entry.name}; give them a repetition or an id (conditions "
+                "make none), or name in the pattern what differs"
+            )
+    for name in by_name:
+        for parent in map(str, Path(name).parents):
+            if parent in by_name:
+                raise InputError(
+                    f"{where}: expected ids of which none lies in another, found {parent} and "
+                    f"{name}; give both a repetition, or an id"
+                )
+
+
+def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
+    repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
+    is_stated = "direction" in declared.model_fields_set
+    direction = {"direction": declared.direction} if is_stated else {}
+    video, audio, times = (
+        _there(root, file, declared) for file in (entry.video, entry.audio, entry.times)
+    )
+    return Recording(
+        name=entry.name,
+        texture=entry.texture,
+        speed_mm_s=entry.speed_mm_s,
+        source=root / entry.file,
+        video=make_clip(video, declared, entry.fps_hz, times) if video else None,
+        audio=WavFile(audio, declared.channel) if audio else None,
+        steady_s=entry.steady_s or declared.steady_s,
+        conditions={**direction, **declared.conditions, **repetition, **entry.conditions},
+        sensor=sensor_named(root, entry.sensor) if entry.sensor else None,
+        rest_frame=declared.rest_frame if entry.rest_frame is None else entry.rest_frame,
+        beside=tuple(
+            LoggedFile(log.name, root / log.file, log.time, log.columns, log.units)
+            for log in entry.beside
+        ),
+    )
+
+
+def sensor_named(root: Path, name: str) -> str:
+    """Return the path of a sensor file as a session says it; a packaged sensor's name stays."""
+    path = root / name
+    return str(path) if path.is_file() or Path(name).suffix else name
+
+
+def _there(root: Path, file: str | None, declared: SessionFile) -> Path | None:
+    """Return where a file is that a session names; None for none."""
+    if file is None or (root / file).exists():
+        return root / file if file else None
+    found = "no such file"
+    if there := find_media(root):
+        found += f" (there are {named(root, there)})"
+    raise InputError(f"{root / file}: expected a file that the session names, found {found}")
+
+
+def find_reference(root: Path, declared: SessionFile, first: Recording) -> Video | None:
+    """Return the skin at rest: what is declared, or a clip next to the first recording."""
+    if (path := _there(root, declared.reference, declared)) is not None:
+        return (
+            ImageFolder(path, 1.0) if path.suffix.lower() in IMAGES else make_clip(path, declared)
+        )
+    path = first.source / REFERENCE
+    return VideoFile(path) if path.is_file() else None
+
+
+def find_press(root: Path, declared: SessionFile) -> Recording | None:
+    """Return the recording by which clocks are set; None where none is declared."""
+    return _listed_recording(root, declared.press, declared) if declared.press else None

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings import columns, row_times
+from afferents.recordings import columns
 from afferents.recordings.description import UNITS_MS, Signal
-from afferents.recordings.row_times import AGREES, Rows
 from afferents.recordings.tables import Numbers, Table, read_columns, read_table
 from afferents.store.trimming import require_reached
 
@@ -54,7 +53,7 @@ class SeriesFile:
         return (self,)
 
     @cached_property
-    def _known(self) -> tuple[int, int, Rows | None]:
+    def _known(self) -> tuple[int, int, columns.Rows | None]:
         table, rows = self._table()
         return len(table.values), len(table.columns), rows
 
@@ -69,7 +68,7 @@ class SeriesFile:
         return self._known[1]
 
     @property
-    def rows(self) -> Rows | None:
+    def rows(self) -> columns.Rows | None:
         """What rows were resampled, None where none were; reads the file."""
         return self._known[2]
 
@@ -111,7 +110,7 @@ class SeriesFile:
             attrs={dims.SAMPLE_RATE: rate_hz, dims.UNITS: self.signal.units},
         )
 
-    def _table(self) -> tuple[Table, Rows | None]:
+    def _table(self) -> tuple[Table, columns.Rows | None]:
         """Return the file's table, with repeated rows once and resampled where that is wanted."""
         table = read_table(self.path, self.signal)
         if self.signal.duplicates == "once":
@@ -124,21 +123,21 @@ class SeriesFile:
         rate_hz = self.signal.resample_hz
         return (table, None) if rate_hz is None else self._resample(table, rate_hz)
 
-    def _resample(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
+    def _resample(self, table: Table, rate_hz: float) -> tuple[Table, columns.Rows]:
         time_ms = self._time_ms(table)
         assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
-        kept = row_times.find_rows_in_order(time_ms)
+        kept = columns.find_rows_in_order(time_ms)
         self._check_order(table, time_ms, kept)
         time_ms = time_ms[kept]
         usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
-        is_finer = row_times.find_oversampling(time_ms, rate_hz) > 1
-        allowed_hz = rate_hz * (row_times.PASSED if is_finer else 0.5)
+        is_finer = columns.find_oversampling(time_ms, rate_hz) > 1
+        allowed_hz = rate_hz * (columns.PASSED if is_finer else 0.5)
         limit_hz = min(allowed_hz, 500 / usual_ms)
-        rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
+        rows = columns.Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
         self._check_gaps(table.place[kept], table.unit, time_ms, rows)
         cubic = self.signal.interpolation == "cubic"
-        values = row_times.resample(time_ms, table.values[kept], rate_hz, cubic)
+        values = columns.resample(time_ms, table.values[kept], rate_hz, cubic)
         return table._replace(values=values, place=np.arange(len(values)), time=None), rows
 
     def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
@@ -153,7 +152,7 @@ class SeriesFile:
             )
 
     def _check_gaps(
-        self, place: NDArray[np.int64], unit: str, time_ms: Numbers, rows: Rows
+        self, place: NDArray[np.int64], unit: str, time_ms: Numbers, rows: columns.Rows
     ) -> None:
         longest_ms = self.signal.longest_gap_ms or _BRIDGED * rows.step_ms
         if rows.longest_ms > longest_ms * (1 + _ROUNDING):
@@ -182,12 +181,12 @@ class SeriesFile:
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         declared, each = self.signal.time_unit, usual_ms / self.signal.time_ms
-        other = row_times.find_unit(each, len(time_ms), declared)
+        other = columns.find_unit(each, len(time_ms), declared)
         if other != declared or not 1e-4 <= usual_ms <= 1000:
             as_other = f", in {other} {each * UNITS_MS[other]:.3g} ms" * (other != declared)
             raise InputError(
-                f"{self.path}: expected rows at most {row_times.SLOWEST_S:g} s apart, and "
-                f"{row_times.SHORTEST_S:g} s to an hour of them, found {len(time_ms)} rows "
+                f"{self.path}: expected rows at most {columns.SLOWEST_S:g} s apart, and "
+                f"{columns.SHORTEST_S:g} s to an hour of them, found {len(time_ms)} rows "
                 f"{usual_ms:.3g} ms apart{as_other}; "
                 "correct [signal] time_unit, or say sample_rate_hz, at least 1, where it is right"
             )
@@ -208,7 +207,7 @@ class SeriesFile:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
         if self.signal.resample_hz is not None:
             return
-        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > AGREES:
+        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > columns.AGREES:
             raise self._other_rate(rate_hz, table.rate_hz)
         time_ms = self._time_ms(table)
         if time_ms is None or len(time_ms) < 2:
@@ -216,14 +215,14 @@ class SeriesFile:
         period_ms, step = 1000 / rate_hz, np.diff(time_ms)
         jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
         usual_ms = self._usual_step_ms(time_ms)
-        if abs(usual_ms - period_ms) > max(jitter_ms, AGREES * period_ms):
+        if abs(usual_ms - period_ms) > max(jitter_ms, columns.AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
         irregular = np.flatnonzero(uneven | (step < 0))
         if len(irregular):
             raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
-        if abs(mean_ms / period_ms - 1) > AGREES:
+        if abs(mean_ms / period_ms - 1) > columns.AGREES:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
 
     def _irregular(
@@ -275,7 +274,7 @@ class JoinedFiles:
         """Samples in each channel; reads the files, which must be about equally long."""
         lengths = {file.path.name: file.n_samples for file in self.files}
         least, most = min(lengths.values()), max(lengths.values())
-        if most - least > max(1, AGREES * most):
+        if most - least > max(1, columns.AGREES * most):
             found = " and ".join(f"{n} in {name}" for name, n in lengths.items())
             raise InputError(
                 f"{self.path}: expected files of one recording to have as many rows, found {found}"
@@ -313,7 +312,7 @@ class JoinedFiles:
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     """Return what was resampled, and how much of files is not their own; reads them."""
-    found: list[tuple[SeriesFile, Rows]] = []
+    found: list[tuple[SeriesFile, columns.Rows]] = []
     for file in files:
         with suppress(InputError):  # which reading it says
             if file.rows is not None:

@@ -21,11 +21,13 @@ from afferents.recordings.layouts import (
     AUDIO,
     REFERENCE,
     VIDEO,
+    find_press,
+    find_reference,
+    listed,
     make_clip,
     published,
     recording_folders,
 )
-from afferents.recordings.listed import find_press, find_reference, listed
 from afferents.recordings.media import (
     OTHER_SOUNDS,
     SOUNDS,

@@ -25,7 +25,7 @@ from afferents.recordings.media import named
 from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder, times_beside
 from afferents.recordings.session import PublishedSession
 from afferents.recordings.session_file import SESSION_FILES, SessionFile, parse_declaration
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.motion import differentiate
 
 TARGETS, STILLS, PARTS = "targets.csv", "tactile_images", ("train", "val")

@@ -17,8 +17,7 @@ from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
 from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
-from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
-from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
+from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, bumped_surface, soft_maximum
 
 STABLE = 1.5

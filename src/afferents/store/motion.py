@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.store.drum_path import read_path
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.responses import Responses, speed_of, steady_s
 
 Values = NDArray[np.float64]

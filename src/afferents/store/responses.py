@@ -40,7 +40,7 @@ from afferents import dims
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import QualityIssue
-from afferents.store.digest import require_values
+from afferents.store.integrity import require_values
 from afferents.store.recording import Recording, natural_order
 
 Responses = xr.Dataset

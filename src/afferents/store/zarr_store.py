@@ -28,12 +28,14 @@ from afferents.files import (
     write_aside,
 )
 from afferents.quality.image import ImageQuality
-from afferents.store.digest import require_described, require_small_values, sealed
 from afferents.store.integrity import (
     ROOT,
     is_group,
     read_attributes,
     require_all_chunks,
+    require_described,
+    require_small_values,
+    sealed,
 )
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, check_responses

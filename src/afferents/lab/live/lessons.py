@@ -33,8 +33,8 @@ from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.models.taught import MODEL, Taught, solve_taught
+from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.frame_rate import RATE_TOLERANCE
 from afferents.recordings.layouts import AUDIO, VIDEO
 from afferents.recordings.pattern import parse_speed
 from afferents.recordings.session_file import SESSION_FILE, require_label

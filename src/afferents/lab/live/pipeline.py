@@ -18,7 +18,7 @@ from afferents.lab.live.reporters import Reporter
 from afferents.lab.live.sensor_stream import SILENT_S, SensorStream
 from afferents.lab.live.video_stream import VideoStream
 from afferents.markers.sensor import Sensor
-from afferents.recordings.frame_rate import RATE_TOLERANCE
+from afferents.recordings.check import RATE_TOLERANCE
 
 if TYPE_CHECKING:  # what learns is slow to import
     from afferents.lab.live.lessons import Lessons
