@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.rig.kernel import FIRST, N_SIDE, ROW, SPAN, STATES, Constants, advance, advance_mesh
+from afferents.rig.kernel import FIRST, N_SIDE, ROW, SPAN, STATES, Constants, advance
 from afferents.rig.mesh import Mesh, build_mesh
 from afferents.rig.surface import WIDTH_MM, Surface
 
@@ -274,8 +274,9 @@ class SkinOnDrum:
         self._mesh, rest = skin.mesh, skin.rest_mm()
         nodes = ROW**2 if self._mesh is None else len(rest)
         self._state = np.zeros(STATES * nodes, np.float32)
-        self._x = self._lay_out(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
-        self._y = self._lay_out(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
+        self._pins = np.arange(nodes)
+        if self._mesh is None:
+            self._pins = self._pins.reshape(ROW, ROW)[1:-1, 1:-1].ravel()
         # How much later than the middle each node meets the drum, mm.
         x, y = rest.T
         round_ = x**2 / 2 * (1 / skin.radius_mm + 1 / skin.tip_radius_mm) + y**2 / (
@@ -283,7 +284,11 @@ class SkinOnDrum:
         )
         lower = np.where(skin.nodules(), 0.0, skin.recess_mm if skin.nodular else 0.0)
         gap_mm = np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
-        self._gap = self._lay_out(gap_mm, _NO_CONTACT_MM)
+        self._places = (
+            self._lay_out(x + _MARGIN_MM, _MARGIN_MM),
+            self._lay_out(y - lateral_mm + _MARGIN_MM, _MARGIN_MM),
+            self._lay_out(gap_mm, _NO_CONTACT_MM),
+        )
         self._weight = self._lay_out(weight, 0.0)
         # The maps' beginning follows once more after their end, so that no node must wrap.
         again = math.ceil(2 * _MARGIN_MM / surface.pitch_mm[0]) + 2
@@ -310,44 +315,37 @@ class SkinOnDrum:
             When frames are taken, in steps from the first, ascending, shape (n_frames,); what
             lies between two steps is interpolated.
         """
-        skin, n_frames, n_nodes = self.skin, len(frame_steps), self.skin.n_nodes
-        mesh = self._mesh
-        form = (N_SIDE, N_SIDE) if mesh is None else (n_nodes,)
-        frames = np.zeros((n_frames, 6, *form), np.float32)
+        skin, mesh, n_nodes = self.skin, self._mesh, self.skin.n_nodes
+        frames = np.zeros((len(frame_steps), 6, n_nodes), np.float32)
         sounds = np.zeros((len(motion.slide_mm), 2))
         pitch_mm = self.surface.pitch_mm
         # Positions on the map, from the edge of the lattice's margin on.
         offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / pitch_mm[0]
-        given = (
+        advance(
             self._state,
             self._maps,
             np.int32(self.surface.height_mm.shape[1]),
-            offset.astype(np.float32),
-            motion.speed_mm_s.astype(np.float32),
-            motion.depth_mm.astype(np.float32),
-            self._x,
-            self._y,
-            self._gap,
+            tuple(one.astype(np.float32) for one in (offset, motion.speed_mm_s, motion.depth_mm)),
+            self._places,
             self._weight,
+            self._pins,
+            None if mesh is None else (mesh.neighbour, mesh.coupling, mesh.push),
             np.asarray(frame_steps, np.float64),
             _scale_constants(skin, pitch_mm, self.rate_hz),
+            frames,
+            sounds,
         )
-        if mesh is None:
-            advance(*given, frames, sounds)
-        else:
-            advance_mesh(*given, mesh.neighbour, mesh.coupling, mesh.push, frames, sounds)
-        flat = frames.reshape(n_frames, 6, n_nodes)
         if mesh is not None:  # what the kernel knows is the pressure of a node of the lattice
-            flat[:, 3:] *= mesh.share.astype(np.float32)
+            frames[:, 3:] *= mesh.share.astype(np.float32)
         # Pressure and friction along x and y, each as its sum, and times x, times y.
         arms = np.column_stack([np.ones(n_nodes), skin.rest_mm()]).astype(np.float32)
-        pressed, along, across = np.moveaxis(flat[:, 3:] @ arms, 1, 0)
+        pressed, along, across = np.moveaxis(frames[:, 3:] @ arms, 1, 0)
         force = -along[:, 0], across[:, 0], pressed[:, 0]
         torque = pressed[:, 2], pressed[:, 1], along[:, 2] - across[:, 1]
         return SkinResponse(
-            np.moveaxis(flat[:, :2], 1, 2),
-            flat[:, 2],
-            flat[:, 3],
+            np.moveaxis(frames[:, :2], 1, 2),
+            frames[:, 2],
+            frames[:, 3],
             np.stack([*force, *torque], axis=1) * ([1e-3] * 3 + [1e-6] * 3),
             sounds[:, 0],
             sounds[:, 1],
