@@ -25,8 +25,8 @@ from afferents.recordings.session_file import (
     SESSION_TOML,
     ListedRecording,
     SessionFile,
+    read_session_file,
     require_label,
-    session_file,
 )
 from afferents.recordings.video import VideoFile
 from afferents.store.log import LoggedFile
@@ -45,7 +45,30 @@ def published(root: Path, declared: SessionFile) -> list[Recording]:
     InputError
         If a folder is not named by a speed, or holds two videos or recordings within a recording.
     """
-    return [_recording(root, folder, declared) for folder in recording_folders(root)]
+    found = []
+    for folder in recording_folders(root):
+        texture, speed, *repetition = folder.relative_to(root).parts
+        if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
+            raise InputError(
+                f"{root / texture / speed}: expected a folder named by its speed in mm/s, found "
+                f"'{speed}'"
+            )
+        again = {"repetition": repetition[0]} if repetition else {}
+        video, audio = find_video(folder), folder / AUDIO
+        recording = Recording(
+            name="/".join((texture, speed, *repetition)),
+            texture=texture,
+            speed_mm_s=float(speed),
+            source=folder,
+            video=make_clip(video, declared) if video else None,
+            audio=WavFile(audio, declared.channel) if audio.is_file() else None,
+            steady_s=declared.steady_s,
+            conditions={"direction": declared.direction, **declared.conditions, **again},
+            rest_frame=declared.rest_frame,
+            named_by_spacing=True,
+        )
+        found.append(recording)
+    return found
 
 
 def recording_folders(root: Path) -> Iterator[Path]:
@@ -89,27 +112,6 @@ def find_video(folder: Path) -> Path | None:
     return found[0] if found else None
 
 
-def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
-    texture, speed, *repetition = folder.relative_to(root).parts
-    if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
-        where = root / texture / speed
-        raise InputError(f"{where}: expected a folder named by its speed in mm/s, found '{speed}'")
-    again = {"repetition": repetition[0]} if repetition else {}
-    video, audio = find_video(folder), folder / AUDIO
-    return Recording(
-        name="/".join((texture, speed, *repetition)),
-        texture=texture,
-        speed_mm_s=float(speed),
-        source=folder,
-        video=make_clip(video, declared) if video else None,
-        audio=WavFile(audio, declared.channel) if audio.is_file() else None,
-        steady_s=declared.steady_s,
-        conditions={"direction": declared.direction, **declared.conditions, **again},
-        rest_frame=declared.rest_frame,
-        named_by_spacing=True,
-    )
-
-
 def make_clip(
     path: Path, declared: SessionFile, own_hz: float | None = None, times: Path | None = None
 ) -> Video:
@@ -131,7 +133,7 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
     path = path.absolute()
     for folder in path.parents:
         if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
-            declared = session_file(folder)
+            declared = read_session_file(folder)
             own = (r.fps_hz for r in declared.recordings if path == folder / (r.video or ""))
             return declared, next(own, None)
     return SessionFile(sensor_channel=None), None
@@ -145,14 +147,14 @@ def listed(root: Path, declared: SessionFile) -> list[Recording]:
     InputError
         If a file is not there, a pattern fits none, or two recordings have one id.
     """
-    entries = declared.recordings or tuple(_by_pattern(root, declared))
+    entries = declared.recordings or tuple(_list_by_pattern(root, declared))
     if declared.audio_pattern and not any(entry.audio for entry in entries):
         raise InputError(
             f"{root / declared.file}: expected sound that the audio_pattern "
             f"'{declared.audio_pattern}' fits, found none; mend it, or leave it out"
         )
     _require_names(root / declared.file, entries)
-    found = [_listed_recording(root, entry, declared) for entry in entries]
+    found = [_make_listed(root, entry, declared) for entry in entries]
     in_folder = Counter(one.source.parent for one in found)
     # A folder of its own may hold the log of its drum, or the reference of its markers.
     return [
@@ -161,7 +163,7 @@ def listed(root: Path, declared: SessionFile) -> list[Recording]:
     ]
 
 
-def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
+def _list_by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
     """Yield the recordings of the files that a pattern fits."""
     where = root / declared.file
     pattern = Pattern(declared.pattern or "", where)
@@ -181,7 +183,7 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         file = path.relative_to(root).as_posix()
         require_utf8(file)
         # Whether all have sound is checked of all together.
-        sound_file = _in_any_case(root, sound.filled(values)) if sound else None
+        sound_file = _find_in_any_case(root, sound.filled(values)) if sound else None
         heard = is_sound(path)
         speed = parse_speed(values[SPEED]) if SPEED in values else None
         if speed == 0:
@@ -200,7 +202,7 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         )
 
 
-def _in_any_case(root: Path, file: str) -> str | None:
+def _find_in_any_case(root: Path, file: str) -> str | None:
     """Return a file, or one whose ending differs from it in capitals alone; None for none."""
     wanted = root / file
     if wanted.is_file():
@@ -238,12 +240,11 @@ def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
                 )
 
 
-def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
+def _make_listed(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
     repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
-    is_stated = "direction" in declared.model_fields_set
-    direction = {"direction": declared.direction} if is_stated else {}
+    direction = declared.model_dump(include={"direction"}, exclude_unset=True)
     video, audio, times = (
-        _there(root, file, declared) for file in (entry.video, entry.audio, entry.times)
+        _require_there(root, file) for file in (entry.video, entry.audio, entry.times)
     )
     return Recording(
         name=entry.name,
@@ -269,26 +270,27 @@ def sensor_named(root: Path, name: str) -> str:
     return str(path) if path.is_file() or Path(name).suffix else name
 
 
-def _there(root: Path, file: str | None, declared: SessionFile) -> Path | None:
+def _require_there(root: Path, file: str | None) -> Path | None:
     """Return where a file is that a session names; None for none."""
-    if file is None or (root / file).exists():
-        return root / file if file else None
-    found = "no such file"
-    if there := find_media(root):
-        found += f" (there are {named(root, there)})"
-    raise InputError(f"{root / file}: expected a file that the session names, found {found}")
+    if file is None:
+        return None
+    if not (root / file).exists():
+        there = find_media(root)
+        found = f"no such file (there are {named(root, there)})" if there else "no such file"
+        raise InputError(f"{root / file}: expected a file that the session names, found {found}")
+    return root / file
 
 
 def find_reference(root: Path, declared: SessionFile, first: Recording) -> Video | None:
     """Return the skin at rest: what is declared, or a clip next to the first recording."""
-    if (path := _there(root, declared.reference, declared)) is not None:
-        return (
-            ImageFolder(path, 1.0) if path.suffix.lower() in IMAGES else make_clip(path, declared)
-        )
+    if path := _require_there(root, declared.reference):
+        if path.suffix.lower() in IMAGES:
+            return ImageFolder(path, 1.0)
+        return make_clip(path, declared)
     path = first.source / REFERENCE
     return VideoFile(path) if path.is_file() else None
 
 
 def find_press(root: Path, declared: SessionFile) -> Recording | None:
     """Return the recording by which clocks are set; None where none is declared."""
-    return _listed_recording(root, declared.press, declared) if declared.press else None
+    return _make_listed(root, declared.press, declared) if declared.press else None

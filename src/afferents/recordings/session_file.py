@@ -346,7 +346,7 @@ def parse_rate(fps_hz: float) -> float:
     return float(fps_hz)
 
 
-def session_file(root: Path) -> SessionFile:
+def read_session_file(root: Path) -> SessionFile:
     """Read `session.toml` or `session.json`; return the published defaults where there is none.
 
     In `session.toml` unknown keys are refused; `session.json` may hold what other programs note.

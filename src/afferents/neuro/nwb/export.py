@@ -16,7 +16,7 @@ from afferents.neuro.nwb import content
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.spikes.artificial import artificial_spikes
 from afferents.store import integrity, zarr_store
 from afferents.store.responses import Responses, textures_of
@@ -116,7 +116,7 @@ def export_nwb(
             f"{store}: expected as many markers in each recording, found {found}; add --no-markers "
             "and --classes PC"
         )
-    of_session = {} if session is None else recordings_of(read_session(session), recordings)
+    of_session = {} if session is None else match_recordings(read_session(session), recordings)
     placed = content.place_recordings(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))
