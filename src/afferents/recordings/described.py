@@ -83,15 +83,25 @@ class Described(DataSet):
     def matching(self, look: bool = False) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the files that match and what their names say, of the first folder with any.
 
+        Their path from the folder matches all of the pattern; hidden ones never do.
+
         Parameters
         ----------
         look
             Whether it is a quick look that searches no folders at any depth.
         """
-        folders = self.form.files.folders
-        for folder in (one for one in folders if not (look and "**" in one)):
-            if found := sorted(self._matching_in(folder), key=lambda one: one[0]):
-                return self._labelled(found)
+        files, found = self.form.files, []
+        for folder in (one for one in files.folders if not (look and "**" in one)):
+            literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
+            places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
+            for place in filter(Path.is_dir, places):
+                for path in place.glob("/".join(["*"] * files.depth)):
+                    inner = path.relative_to(place)
+                    known = None if is_hidden(inner) else files.values(inner.as_posix(), self.path)
+                    if known is not None and path.is_file():
+                        found.append((path, known))
+            if found:
+                return self._label(sorted(found, key=lambda one: one[0]))
         return []
 
     def scan(self) -> RecordingSet:
@@ -102,9 +112,15 @@ class Described(DataSet):
             )
         found = self.matching()
         if not found:
-            raise self._nothing_matches()
+            files = self.form.files
+            there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
+            seen = ", ".join(path.relative_to(self.root).as_posix() for path in sorted(there)[:3])
+            raise InputError(
+                f"{self.root}: expected files that match {files.pattern or files.regex}, found "
+                f"none of them{f' ({seen}, ...)' if seen else ''}"
+            )
         recordings, rate_hz = [], self.form.signal.rate_hz
-        for known, paths in self._grouped(found):
+        for known, paths in self._group(found):
             parts = {}
             for part, path in paths.items():
                 parts[part] = SeriesFile(path, self.form.signal, rate_hz)
@@ -112,7 +128,7 @@ class Described(DataSet):
                     with suppress(InputError):
                         rate_hz = parts[part].sample_rate_hz
             whole = JoinedFiles(parts) if self.form.files.joined else parts[""]
-            recordings.append(self._recording(whole, known))
+            recordings.append(self._make_recording(whole, known))
         stems = {one.source.stem for one in recordings}
         if self.description is not None and len(stems) == len(recordings):
             recordings = [replace(one, name=one.source.stem) for one in recordings]
@@ -142,7 +158,7 @@ class Described(DataSet):
             taken.append(self.root / files.labels.file)
         return left_out(self.root, taken, endings, why)
 
-    def _grouped(
+    def _group(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
     ) -> list[tuple[Mapping[str, str], dict[str, Path]]]:
         """Return what is known of each recording, and its files by part: one, called nothing.
@@ -175,19 +191,7 @@ class Described(DataSet):
                 )
         return [(dict(rest), dict(sorted(parts.items()))) for rest, parts in groups.items()]
 
-    def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
-        """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""
-        literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
-        places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
-        for place in (place for place in places if place.is_dir()):
-            for path in place.glob("/".join(["*"] * self.form.files.depth)):
-                if is_hidden(inner := path.relative_to(place)):
-                    continue
-                known = self.form.files.values(inner.as_posix(), self.path)
-                if known is not None and path.is_file():
-                    yield path, known
-
-    def _labelled(
+    def _label(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
     ) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the files that have a row in the file of labels, with what that says of each."""
@@ -216,21 +220,25 @@ class Described(DataSet):
             )
         return kept
 
-    def _nothing_matches(self) -> InputError:
-        files = self.form.files
-        there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
-        seen = ", ".join(path.relative_to(self.root).as_posix() for path in sorted(there)[:3])
-        found = f"none of them ({seen}, ...)" if seen else "none of them"
-        wanted = files.pattern or files.regex
-        return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
-
-    def _recording(self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]) -> Recording:
+    def _make_recording(
+        self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]
+    ) -> Recording:
         files, known = self.form.files, {k: fold_label(text) for k, text in values.items()}
         for name, words in files.words.items():
             known[name] = words.get(known[name], known[name])
         speed = files.speed_mm_s
         if "speed" in known:
-            speed = self._speed(series.path, known.pop("speed"))
+            text = known.pop("speed")
+            try:
+                speed = parse_speed(text) * files.mm_s
+            except ValueError:
+                raise InputError(
+                    f"{series.path}: expected a speed in its name, found '{text}'"
+                ) from None
+            if speed == 0:
+                raise InputError(
+                    f"{series.path}: expected a slide faster than 0 mm/s, found '{text}'"
+                )
         texture = files.texture or known.pop("texture")
         inner = series.path.relative_to(self.root).with_suffix("")
         return Recording(
@@ -239,7 +247,7 @@ class Described(DataSet):
             speed_mm_s=speed,
             source=series.path,
             audio=series,
-            steady_s=_steady(series, self.form.signal),
+            steady_s=_find_steady(series, self.form.signal),
             conditions={
                 name: int(text)
                 if re.fullmatch(r"-?\d+", text)
@@ -247,17 +255,6 @@ class Described(DataSet):
                 for name, text in known.items()
             },
         )
-
-    def _speed(self, path: Path, text: str) -> float:
-        try:
-            speed = parse_speed(text) * self.form.files.mm_s
-        except ValueError:
-            raise InputError(f"{path}: expected a speed in its name, found '{text}'") from None
-        if speed == 0:
-            raise InputError(
-                f"{path}: expected a slide faster than 0 mm/s, found '{text}' in its name"
-            )
-        return speed
 
     def _require_distinct(self, recordings: list[Recording]) -> None:
         """Refuse files that the pattern does not tell apart: it matches something twice."""
@@ -274,7 +271,7 @@ class Described(DataSet):
                 )
 
 
-def _steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, float] | None:
+def _find_steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, float] | None:
     """Return the part of constant speed; None where a file can't be read, as reading it says."""
     if signal.steady_s is None:
         return None

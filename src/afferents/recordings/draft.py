@@ -49,11 +49,11 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
                 f"write the pattern, such as {such}."
             ]
         lines.append("# speed_mm_s = 30")
-    signal, more = _signal(tables)
+    signal, more = _guess_signal(tables)
     return [*lines, "", "[signal]", *signal], [*sentences, *more]
 
 
-def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
+def _guess_signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     """Return lines and sentences on what is in the files."""
     files: list[columns.Courses] = []
     times: list[Numbers] = []
@@ -67,7 +67,7 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
         except InputError as error:
             broken.append(error)
             continue
-        time = time if files else _time_in(table)
+        time = time if files else _find_time(table)
         files.append(columns.describe_columns(table))
         if time in table.columns:
             rising = table.values[:, table.columns.index(time)]
@@ -92,7 +92,7 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     if time is None or not any(columns.find_rows_in_order(one).sum() > 1 for one in times):
         missing = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
         return [*lines, "# sample_rate_hz = 100"], [*sentences, missing]
-    clock, sentence = _clock(times, time)
+    clock, sentence = _describe_clock(times, time)
     return [*lines, *clock], [*sentences, sentence]
 
 
@@ -100,7 +100,7 @@ def _key(name: str) -> str:
     return name if name.isdigit() else json.dumps(name, ensure_ascii=False)
 
 
-def _time_in(table: Table) -> str | None:
+def _find_time(table: Table) -> str | None:
     """Return the column named like a time, or else, of columns without names, one that rises."""
     does = columns.describe_columns(table)
     named = [n for n in does if _TIME.fullmatch(n.strip(" %")) and does[n] != columns.TEXTS]
@@ -109,7 +109,7 @@ def _time_in(table: Table) -> str | None:
     return next(iter(named + rising), None)
 
 
-def _clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
+def _describe_clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
     """Return lines and a sentence on the times of all files."""
     named = _TIME.fullmatch(time.strip(" %"))
     declared = (named and named["unit"]) or "s"

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
@@ -24,7 +23,6 @@ _ROUNDING = 1e-6
 
 _BRIDGED = 5
 """Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
-_UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
 
 
 @dataclass(frozen=True)
@@ -124,25 +122,12 @@ class SeriesFile:
         return (table, None) if rate_hz is None else self._resample(table, rate_hz)
 
     def _resample(self, table: Table, rate_hz: float) -> tuple[Table, columns.Rows]:
+        """Resample rows to a clock; refuse too many out of order, and too long a gap."""
         time_ms = self._time_ms(table)
         assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
         kept = columns.find_rows_in_order(time_ms)
-        self._check_order(table, time_ms, kept)
-        time_ms = time_ms[kept]
-        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
-        is_finer = columns.find_oversampling(time_ms, rate_hz) > 1
-        allowed_hz = rate_hz * (columns.PASSED if is_finer else 0.5)
-        limit_hz = min(allowed_hz, 500 / usual_ms)
-        rows = columns.Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
-        self._check_gaps(table.place[kept], table.unit, time_ms, rows)
-        cubic = self.signal.interpolation == "cubic"
-        values = columns.resample(time_ms, table.values[kept], rate_hz, cubic)
-        return table._replace(values=values, place=np.arange(len(values)), time=None), rows
-
-    def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
-        share = 1 - kept.mean()
-        if share > self.signal.out_of_order:
+        if (share := 1 - kept.mean()) > self.signal.out_of_order:
             row = int(np.argmin(kept))
             raise InputError(
                 f"{self.path}, {table.unit} {table.place[row]}: expected at most "
@@ -150,18 +135,23 @@ class SeriesFile:
                 f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms; "
                 "allow a larger share in [signal], or leave the time out and say sample_rate_hz"
             )
-
-    def _check_gaps(
-        self, place: NDArray[np.int64], unit: str, time_ms: Numbers, rows: columns.Rows
-    ) -> None:
-        longest_ms = self.signal.longest_gap_ms or _BRIDGED * rows.step_ms
-        if rows.longest_ms > longest_ms * (1 + _ROUNDING):
+        time_ms = time_ms[kept]
+        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
+        bridged_ms = self.signal.longest_gap_ms or _BRIDGED * usual_ms
+        if longest_ms > bridged_ms * (1 + _ROUNDING):
             row = int(np.argmax(np.diff(time_ms))) + 1
             raise InputError(
-                f"{self.path}, {unit} {place[row]}: expected rows at most {longest_ms:.4g} ms "
-                f"apart (longest_gap_ms), found {rows.longest_ms:.4g} ms; say in [signal] how "
-                "long a gap may be bridged"
+                f"{self.path}, {table.unit} {table.place[kept][row]}: expected rows at most "
+                f"{bridged_ms:.4g} ms apart (longest_gap_ms), found {longest_ms:.4g} ms; say in "
+                "[signal] how long a gap may be bridged"
             )
+        is_finer = columns.find_oversampling(time_ms, rate_hz) > 1
+        allowed_hz = rate_hz * (columns.PASSED if is_finer else 0.5)
+        limit_hz = min(allowed_hz, 500 / usual_ms)
+        rows = columns.Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
+        cubic = self.signal.interpolation == "cubic"
+        values = columns.resample(time_ms, table.values[kept], rate_hz, cubic)
+        return table._replace(values=values, place=np.arange(len(values)), time=None), rows
 
     def _time_ms(self, table: Table) -> Numbers | None:
         """Return the times of all rows, ms; None where no column says."""
@@ -220,21 +210,19 @@ class SeriesFile:
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
         irregular = np.flatnonzero(uneven | (step < 0))
         if len(irregular):
-            raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
+            row = int(irregular[0]) + 1
+            before, now = time_ms[row - 1 : row + 1]
+            expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter_ms:g})"
+            found = f"{now - before:g} ms"
+            if now < before:
+                expected, found = "times that go on", f"{before:g} ms, then {now:g} ms"
+            raise InputError(
+                f"{self.path}, {table.unit} {table.place[row]}: expected {expected}, found "
+                f"{found}; say resample_hz in [signal] if the sensor writes rows unevenly"
+            )
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
         if abs(mean_ms / period_ms - 1) > columns.AGREES:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
-
-    def _irregular(
-        self, table: Table, time_ms: Numbers, row: int, period_ms: float, jitter: float
-    ) -> InputError:
-        where = f"{self.path}, {table.unit} {table.place[row]}"
-        before, now = time_ms[row - 1 : row + 1]
-        if now < before:
-            found = f"{before:g} ms, then {now:g} ms"
-            return InputError(f"{where}: expected times that go on, found {found}; {_UNEVEN}")
-        expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter:g})"
-        return InputError(f"{where}: expected {expected}, found {now - before:g} ms; {_UNEVEN}")
 
     def _other_rate(self, expected_hz: float, found_hz: float, over: str = "") -> InputError:
         expected = f"the sample rate of the data set, {expected_hz:g} Hz"

@@ -225,7 +225,12 @@ def simulate_run(
     """
     drawn = draw(rig, texture, speed_mm_s, seed, again)
     others = distinguish_run(rig, seed, again)
-    check_step(rig)
+    per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
+    if per_step > STABLE:
+        raise InputError(
+            f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
+            f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
+        )
     turning = turn(
         speed_mm_s,
         seconds + SPARE_S,
@@ -274,22 +279,6 @@ def _take_up(
         pose[:, 3] = -(drawn.indentation_mm + slide.deeper_at(time_s)) / 1000
         arm = pose, np.column_stack([force_s, skin.wrench])
     return Simulated(frames_s, seen(rig, skin), skin.pressure_mn, angle, speed, sensor, room, arm)
-
-
-def check_step(rig: Rig) -> None:
-    """Refuse constants for which the physics' step is too long.
-
-    Raises
-    ------
-    InputError
-        Naming how far off they are.
-    """
-    per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
-    if per_step > STABLE:
-        raise InputError(
-            f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
-            f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
-        )
 
 
 def frame_times(rig: Rig, seconds: float, rng: np.random.Generator) -> NDArray[np.float64]:

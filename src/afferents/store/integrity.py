@@ -85,8 +85,8 @@ def sealed(responses: xr.Dataset) -> xr.Dataset:
     """Return responses that carry their digest."""
     named = responses.copy()
     for name, variable in named.variables.items():
-        named[name].attrs = {**variable.attrs, VALUES: _of_values(variable)}
-    return named.assign_attrs({DIGEST: _of_description(named)})
+        named[name].attrs = {**variable.attrs, VALUES: _hash_values(variable)}
+    return named.assign_attrs({DIGEST: _hash_description(named)})
 
 
 def require_described(responses: xr.Dataset, where: Path | str) -> None:
@@ -97,7 +97,7 @@ def require_described(responses: xr.Dataset, where: Path | str) -> None:
     InputError
         If they have, or if it carries no digest.
     """
-    if responses.attrs.get(DIGEST) != _of_description(responses):
+    if responses.attrs.get(DIGEST) != _hash_description(responses):
         raise InputError(
             f"{where}: expected responses as they were extracted, found others (their digest says "
             "so); extract again"
@@ -128,7 +128,7 @@ def require_values(variable: xr.Variable | xr.DataArray, where: Path | str) -> N
         If they have.
     """
     expected = variable.attrs.get(VALUES)
-    if expected is not None and expected != _of_values(variable):
+    if expected is not None and expected != _hash_values(variable):
         raise InputError(
             f"{where}: expected values as they were extracted, found others (their digest says "
             "so); remove the recording's folder and extract again"
@@ -140,7 +140,7 @@ def values_digest(responses: xr.Dataset, name: str) -> str | None:
     return str(responses[name].attrs[VALUES]) if VALUES in responses[name].attrs else None
 
 
-def _of_values(variable: xr.Variable | xr.DataArray) -> str:
+def _hash_values(variable: xr.Variable | xr.DataArray) -> str:
     values = variable.values
     if values.dtype.kind in "OUST":  # names: their type depends on who reads them
         content = json.dumps([str(name) for name in values.flat]).encode()
@@ -149,7 +149,7 @@ def _of_values(variable: xr.Variable | xr.DataArray) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _of_description(responses: xr.Dataset) -> str:
+def _hash_description(responses: xr.Dataset) -> str:
     variables = {
         str(name): [
             list(map(str, variable.dims)),

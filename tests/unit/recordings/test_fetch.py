@@ -12,8 +12,8 @@ import pytest
 
 import afferents
 from afferents.errors import InputError
+from afferents.recordings import fetch as fetching
 from afferents.recordings.described import PACKAGED
-from afferents.recordings.fetch import fetch as fetching
 from afferents.recordings.fetch import listing
 from afferents.recordings.fetch.listing import format_manifest, read_manifest
 

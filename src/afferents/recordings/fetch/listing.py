@@ -172,22 +172,22 @@ def list_files(url: str) -> list[RemoteFile]:
     with import_web().Session() as session:
         if hub := _HUB.fullmatch(url):
             return list(
-                _on_hub(session, url, hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/"))
+                _list_hub(session, url, hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/"))
             )
         if github := _GITHUB.fullmatch(url):
             return list(
-                _on_github(session, url, github.expand(rf"{RAW}/\g<repository>/\g<revision>/"))
+                _list_github(session, url, github.expand(rf"{RAW}/\g<repository>/\g<revision>/"))
             )
         with ask(session, url, stream=True) as answer:  # which may be a large file
             base = answer.url.rstrip("/") + "/"  # after redirections
-        files = sorted(_in_folders(session, base))
+        files = sorted(_list_folders(session, base))
     if not files:
         expected = "a folder that lists the data set's files"
         raise InputError(f"{url}: expected {expected}, found none in it; {ANY_WAY_ROUND}")
     return [RemoteFile(path_within(unquote(one.removeprefix(base)), url), one) for one in files]
 
 
-def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
+def _list_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
     """Yield the files below a folder, of which the hub lists a thousand a page, with checksums."""
     page = f"{url}?recursive=true"
     while page:
@@ -206,7 +206,7 @@ def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
         page = answer.links.get("next", {}).get("url")
 
 
-def _on_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
+def _list_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
     """Yield the files of a repository, which GitHub lists on one page, without SHA-256."""
     page = f"{url}?recursive=1"
     answer = ask(session, page)
@@ -237,7 +237,7 @@ def _served(
             yield RemoteFile(within, base + quote(within), sha256, n_bytes)
 
 
-def _in_folders(session: Any, base: str) -> Iterator[str]:
+def _list_folders(session: Any, base: str) -> Iterator[str]:
     """Yield the files in a folder of a web server, and in folders in it, that are not hidden."""
     waiting, seen = [base], {base}
     while waiting:
