@@ -281,21 +281,14 @@ class JoinedFiles:
 
     def read(self) -> xr.DataArray:
         """Read all channels, as `SeriesFile.read`; what some files have at the end is left out."""
-        n = self.n_samples
-        read = {part: file.read() for part, file in self.parts.items()}
-        named = [
-            one.isel({dims.AUDIO_TIME: slice(n)}).assign_coords(
-                {
-                    dims.CHANNEL: [part]
-                    if one.sizes[dims.CHANNEL] == 1
-                    else [f"{part} {name}" for name in one[dims.CHANNEL].values]
-                }
-            )
-            for part, one in read.items()
-        ]
-        return xr.concat(named, dims.CHANNEL, combine_attrs="override").transpose(
-            dims.AUDIO_TIME, dims.CHANNEL
-        )
+        n, parts = self.n_samples, []
+        for part, file in self.parts.items():
+            one = file.read().isel({dims.AUDIO_TIME: slice(n)})
+            names = [f"{part} {name}" for name in one[dims.CHANNEL].values]
+            names = names if len(names) > 1 else [part]
+            parts.append(one.assign_coords({dims.CHANNEL: names}))
+        whole = xr.concat(parts, dims.CHANNEL, combine_attrs="override")
+        return whole.transpose(dims.AUDIO_TIME, dims.CHANNEL)
 
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from afferents.choices import Remount
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
 from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
@@ -158,21 +157,17 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
         If the fingertip would not touch.
     """
     mount = rig.mounting
-    run = (texture, speed_mm_s)
-    others = distinguish_run(rig, seed, again)
-    levels: dict[Remount, tuple[tuple[str | None, float | None], Sequence[int]]] = {
-        "session": ((None, None), ()),
-        "drum": (
-            (texture, None),
-            distinguish_run(rig, seed),
-        ),  # mounted once for all turns
-        "run": (run, others),
-    }
-    level, mounted = levels[mount.remount]
+    others, printed = distinguish_run(rig, seed, again), _distinguish_print(rig, seed)
+    mounted: Sequence[int] = ()
+    level: tuple[str | None, float | None] = (None, None)
+    if mount.remount == "drum":  # mounted once for all turns
+        level, mounted = (texture, None), distinguish_run(rig, seed)
+    elif mount.remount == "run":
+        level, mounted = (texture, speed_mm_s), others
     of_mounting = make_generator(seed, *level, _MOUNTING, mounted)
     of_material = make_generator(seed, None, None, _MATERIAL)
-    of_drum = make_generator(seed, texture, None, _RUN_OUT, _distinguish_print(rig, seed))
-    of_run = make_generator(seed, *run, _RUN, others)
+    of_drum = make_generator(seed, texture, None, _RUN_OUT, printed)
+    of_run = make_generator(seed, texture, speed_mm_s, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     depth_mm = mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm))

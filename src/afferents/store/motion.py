@@ -114,11 +114,11 @@ def add_motion(responses: Responses, logs: Sequence[LoggedFile]) -> Responses:
         If a log's clock is not that of the recording, or what it tells is no speed of a slide.
     """
     start, stop = steady_s(responses) or (0.0, length_s(responses))
-    for log in logs:
-        clock = responses[f"{log.name}_time"].values
+    for each in logs:
+        clock = responses[f"{each.name}_time"].values
         if clock[0] > stop or clock[-1] < start:
             raise InputError(
-                f"{log.path}: expected times between {start:.2f} and {stop:.2f} s of the "
+                f"{each.path}: expected times between {start:.2f} and {stop:.2f} s of the "
                 f"recording, found {clock[0]:.2f} to {clock[-1]:.2f} s; if its clock is another "
                 "than the recording's, name a press by which it is set, or take the file away"
             )

@@ -20,14 +20,14 @@ from afferents.files import Place, checksum, free_bytes, naming, remove
 from afferents.outputs import writing_alone
 from afferents.plugins import import_extra
 from afferents.progress import Mark, Progress
-from afferents.recordings.fetch import listing
-from afferents.recordings.fetch.listing import RemoteFile
+from afferents.recordings import listing
+from afferents.recordings.listing import RemoteFile
 
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
 RETRIES = 4
 """How often a file is requested again whose connection broke, or whose checksum is another."""
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).parent / "public"
 _PIECE = 1 << 16
 
 
