@@ -169,7 +169,7 @@ from .recordings.data_sets import (
 from .recordings.data_sets import (
     read_session as read_session,
 )
-from .recordings.fetch.fetch import (
+from .recordings.fetch import (
     fetch as fetch,
 )
 from .recordings.session import (

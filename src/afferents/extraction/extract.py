@@ -38,7 +38,7 @@ from afferents.recordings.session_file import SessionFile
 from afferents.store import zarr_store
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
-from afferents.store.logged import Lag
+from afferents.store.log import Lag
 from afferents.store.motion import TELL_SPEED, add_motion
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, add_issues, label

@@ -15,7 +15,7 @@ from afferents.lab.live.raster import MarkerRaster, Trains, VibrationRaster, com
 from afferents.lab.live.reporters import Reporter
 from afferents.lab.live.streams import SILENT_S, AudioStream, SensorStream, VideoStream
 from afferents.markers.sensor import Sensor
-from afferents.recordings.frame_rate import RATE_TOLERANCE
+from afferents.recordings.check import RATE_TOLERANCE
 
 if TYPE_CHECKING:  # what learns is slow to import
     from afferents.lab.live.lessons import Lessons
