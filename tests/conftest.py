@@ -40,6 +40,18 @@ settings.load_profile("patient")
 RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
 STEADY_S = 0.17
 PITCH_PX, RADIUS_PX = 22.0, 6.5
+MAKES_STORES = ("afferents.extraction.extract",)
+
+
+A_TEST_S = 60
+"""How long one may take that stays in its process: those of a loaded machine take a quarter."""
+
+
+def pytest_collection_modifyitems(items):
+    """Let a test that hangs fail soon; what a session makes once for many is not counted."""
+    for item in items:
+        if not any(item.get_closest_marker(name) for name in ("system", "slow", "timeout")):
+            item.add_marker(pytest.mark.timeout(A_TEST_S, func_only=True))
 
 
 @lru_cache(maxsize=64)
@@ -158,8 +170,11 @@ def session(small_session):
 @pytest.fixture(scope="session")
 def sounds():
     """Three textures at four speeds, three seconds of audio each, no video."""
-    audible = partial(write_session, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
-    with kept("sounds", audible) as root:
+
+    def write(root):
+        write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+
+    with kept("sounds", write) as root:
         yield root
 
 
@@ -167,12 +182,13 @@ def sounds():
 def stores(small_session, sounds):
     """Extracted responses: of videos, and of sound alone. Who changes them copies them first."""
 
-    def extract(root):
-        for kind, recordings in (("video", small_session), ("audio", sounds)):
-            command = ("extract", recordings, root / f"{kind}.zarr", "--workers", 1, "--quiet")
-            cli.run([*map(str, command)])
+    from afferents.extraction.extract import extract
 
-    with kept("stores", extract) as root:
+    def extract_both(root):
+        for kind, recordings in (("video", small_session), ("audio", sounds)):
+            extract(recordings, root / f"{kind}.zarr", workers=1, quiet=True)
+
+    with kept("stores", extract_both, MAKES_STORES) as root:
         yield {kind: root / f"{kind}.zarr" for kind in ("video", "audio")}
 
 
