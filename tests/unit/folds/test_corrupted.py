@@ -137,16 +137,3 @@ def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run
     summary = json.loads(out)
     assert summary["disturb"] == {"frames": 0.2, "lost": 0.1}
     assert summary["disturb_training"] == {"markers": 0.05}
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--disturb", "sound=0.1"), "--disturb sound=0.1: expected models that it is for"),
-        (("--disturb-training", "sound=1"), "--disturb-training sound=1: expected models"),
-    ],
-)
-def test_corruptions_that_do_nothing_are_refused(options, said, stores, tmp_path, fails):
-    asked = ("--out", tmp_path / "r", "--models", "ra-wave-vector", "--frames", 5)
-    assert said in fails("evaluate", stores["video"], *asked, *options)
-    assert not (tmp_path / "r").exists()

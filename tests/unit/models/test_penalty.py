@@ -32,9 +32,3 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
     for touch_s, one in told:
         assert one.ci95[0] <= one.mean_accuracy <= one.ci95[1]
         assert abs(one.seconds - touch_s) <= 0.25 * touch_s
-
-
-def test_no_penalty_is_chosen_where_there_is_none(stores, tmp_path, fails):
-    options = ("--models", "sa-se", "--out", tmp_path / "r", "--penalty", "searched")
-    sentence = fails("evaluate", stores["video"], *options)
-    assert "--penalty: expected models that it is for (ridge-te, order-te" in sentence

@@ -66,6 +66,15 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
         ("sa-se,sa-wave", "video", ("--markers", 0.5, "--frames", 5), (
             "--markers: expected models of tactile images or of vibration, found sa-wave",
         )),
+        ("sa-se", "video", ("--penalty", "searched"), (
+            "--penalty: expected models that it is for (ridge-te, order-te",
+        )),
+        ("ra-wave-vector", "video", ("--frames", 5, "--disturb", "sound=0.1"), (
+            "--disturb sound=0.1: expected models that it is for",
+        )),
+        ("ra-wave-vector", "video", ("--frames", 5, "--disturb-training", "sound=1"), (
+            "--disturb-training sound=1: expected models",
+        )),
         ("fusion", "audio", (), (
             "some that these data support (vib-te, vib-te-aug, ridge-te, order-te",
             "lacks ra2 and sa1_vector in the form it needs",
