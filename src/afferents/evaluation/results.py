@@ -177,7 +177,7 @@ class Outcome(WithInside):
     """The epoch whose weights were kept, from 1, for each fold and seed. Empty for models solved in
     one step."""
     first_epoch: dict[GroupName, tuple[FirstEpoch, ...]]
-    """Accuracies of the first epoch, for each fold and seed. Empty likewise."""
+    """Accuracies of the first epoch, for each fold and seed; empty for the same models."""
     seconds: Amount
     """Seconds of training, in all."""
     leaks: dict[str, Counted]
