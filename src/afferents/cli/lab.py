@@ -36,13 +36,10 @@ def devices() -> Output:
         table.add_row("serial port", port.port, port.name)
     for drive in found.drives:
         table.add_row("kind of drive", drive, "")
+    kinds = {"camera": found.cameras, "microphone": found.microphones, "serial port": found.ports}
     absent = [
         f"No {name}."
-        for name, there in (
-            ("camera", found.cameras),
-            ("microphone", found.microphones),
-            ("serial port", found.ports),
-        )
+        for name, there in kinds.items()
         if not there and not any(note.startswith(name) for note in found.notes)
     ]
     return Output(asdict(found), [table, *absent, *found.notes])
