@@ -32,7 +32,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
                 "audio_rate_hz": "--audio-rate",
             },
         ),
-        Command("fetch", "afferents.recordings.fetch.fetch:fetch"),
+        Command("fetch", "afferents.recordings.fetch:fetch"),
         Command(
             "simulate",
             "afferents.rig.simulate:simulate",

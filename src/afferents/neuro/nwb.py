@@ -25,7 +25,7 @@ from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.pictures import ImageFolder
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.spikes.artificial import artificial_spikes, choose_stretch, end_times
 from afferents.spikes.population import Spikes
 from afferents.spikes.units import RATE_HZ
@@ -149,7 +149,7 @@ def export_nwb(
             f"{store}: expected as many markers in each recording, found {found}; add --no-markers "
             "and --classes PC"
         )
-    of_session = {} if session is None else recordings_of(read_session(session), recordings)
+    of_session = {} if session is None else match_recordings(read_session(session), recordings)
     placed = place_recordings(recordings)
     with Progress(quiet) as progress:
         read = progress.track(recordings, "spikes", len(recordings))

@@ -27,7 +27,7 @@ from afferents.files import Place, holds_only, require_free, write_aside
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
 from afferents.store.zarr_store import open_whole
@@ -353,7 +353,7 @@ def _task(responses: Responses) -> str:
 
 def _find_videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
     """Return the session's videos by name of the recording, all of one size."""
-    found = recordings_of(read_session(session), recordings)
+    found = match_recordings(read_session(session), recordings)
     videos: dict[str, Video] = {}
     for name in (str(responses.attrs["name"]) for responses in recordings):
         video = found[name].video

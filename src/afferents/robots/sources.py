@@ -10,7 +10,7 @@ import cv2
 from afferents.errors import InputError
 from afferents.files import Place
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.recordings.video import VideoFile
 from afferents.store import integrity, zarr_store
 from afferents.store.drum_path import DrumPath, logged_path, read_path
@@ -74,7 +74,7 @@ def find_recordings(
             "extracted from the session"
         )
     if session is not None:
-        recordings_of(session, (responses[name] for name in chosen if name in responses))
+        match_recordings(session, (responses[name] for name in chosen if name in responses))
     return {name: Chosen(recordings.get(name), responses.get(name)) for name in chosen}
 
 

@@ -30,7 +30,7 @@ from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.models.taught import MODEL, Taught, solve_taught
-from afferents.recordings import data_sets, frame_rate, layouts, pattern, session_file
+from afferents.recordings import check, data_sets, layouts, pattern, session_file
 from afferents.store.recording import GreyImage, fold_label, require_distinct
 
 NAME = "lessons"
@@ -230,7 +230,7 @@ class Lessons:
         self._sample_rate_hz = self._sample_rate_hz if heard else None
         for recording in data_sets.read_session(self._folder).recordings:
             rate_hz = getattr(recording.video, "fps_hz", self._fps_hz)
-            if abs(rate_hz - self._fps_hz) > frame_rate.RATE_TOLERANCE * rate_hz:
+            if abs(rate_hz - self._fps_hz) > check.RATE_TOLERANCE * rate_hz:
                 expected = f"{rate_hz:.3g} frames/s, as its lessons have"
                 raise InputError(f"{where}: expected {expected}, found {self._fps_hz:.3g}")
             samples = encode(responses_of(recording, own), SOURCE, "all")

@@ -11,10 +11,10 @@ from afferents.errors import InputError
 from afferents.lab.devices import base
 from afferents.lab.devices.clock import SampleClock
 from afferents.lab.devices.picture import Picture, decode_picture
-from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
 from afferents.lab.live.sensors import make_sound
+from afferents.lab.live.streams import AudioStream
 from afferents.lab.live.touch import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.lab.recorder.watch import Watch
