@@ -5,9 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-
 from afferents.cli.command import Output
+from afferents.cli.printing import list_rows, put_apart
 from afferents.errors import InputError
 from afferents.models.model import BEST
 from afferents.progress import Progress
@@ -21,43 +20,41 @@ def devices() -> Output:
     from afferents.lab.devices import find_devices
 
     found = find_devices()
-    table = Table(show_header=False, box=None)
+    rows = []
     for camera in found.cameras:
-        table.add_row("camera", camera.device, camera.name)
-        if camera.lasting:
-            table.add_row("", "", f"also {camera.lasting}")
+        rows.append(("camera", camera.device, camera.name))
+        rows += [("", "", f"also {camera.lasting}")] if camera.lasting else []
         for mode in camera.modes:
             rates = ", ".join(f"{rate:g}" for rate in mode.fps_hz)
-            table.add_row("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}")
+            rows.append(("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}"))
     for one in found.microphones:
         what = f"{one.name}: {one.channels} channel(s), {one.rate_hz:g} Hz"
-        table.add_row("microphone", one.device, what)
-    for port in found.ports:
-        table.add_row("serial port", port.port, port.name)
-    for drive in found.drives:
-        table.add_row("kind of drive", drive, "")
+        rows.append(("microphone", one.device, what))
+    rows += [("serial port", port.port, port.name) for port in found.ports]
+    rows += [("kind of drive", drive, "") for drive in found.drives]
     kinds = {"camera": found.cameras, "microphone": found.microphones, "serial port": found.ports}
     absent = [
         f"No {name}."
         for name, there in kinds.items()
         if not there and not any(note.startswith(name) for note in found.notes)
     ]
-    return Output(asdict(found), [table, *absent, *found.notes])
+    return Output(asdict(found), [list_rows("Devices", ("", "", ""), rows), *absent, *found.notes])
 
 
 def doctor() -> Output:
     """Check this machine: versions, cores, accelerator, codecs, and what is missing."""
     from afferents.doctor import diagnose
 
-    rows, missing = diagnose()
-    table = Table(show_header=False, box=None)
-    for row in rows:
-        table.add_row(*row)
+    groups, missing = diagnose()
+    tables = [list_rows(title, ("", ""), rows.items()) for title, rows in groups.items()]
     verdict = [f"Missing: {line}" for line in missing] or [
         "Nothing is missing that every command needs. The extras are for single commands."
     ]
-    content = {"found": dict(rows), "missing": missing}
-    return Output(content, [table, *verdict], is_bad=bool(missing))
+    content = {
+        "found": {what: one for its in groups.values() for what, one in its.items()},
+        "missing": missing,
+    }
+    return Output(content, [*put_apart(tables), *verdict], is_bad=bool(missing))
 
 
 def record(
