@@ -15,11 +15,12 @@ from afferents.lab.devices.base import Block, CameraSettings, DriveLimits, Drive
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
 from afferents.lab.recorder.plan import Entry, RecordingPlan
-from afferents.rig import drums, record
 from afferents.rig.camera import Renderer
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
+from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run, tap
 from afferents.rig.surface import bumped_surface
 
@@ -154,7 +155,7 @@ def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
     n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
     rests_s = n_rest / rig.camera.fps_hz
     try:
-        spacing = drums.texture_name(entry.texture, {})
+        spacing = texture_name(entry.texture, {})
     except InputError:  # a texture that is a word has a spacing of its own
         spacing = f"{0.5 * (1 + sum(entry.texture.encode()) % 12):g}"
     surface = bumped_surface(float(spacing), rig.drum)
@@ -170,7 +171,7 @@ def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
         place.append(part.position_mm)
         sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
     position_mm = np.concatenate(place)
-    filmed_px = record.filmed_positions(rig, position_mm, texture, speed, *which)
+    filmed_px = filmed_positions(rig, position_mm, texture, speed, *which)
     renderer, quality = Renderer(rig.camera, entry.seed), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
     before = (len(position_mm) - len(run.time_s), 0)
     way_mm = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
