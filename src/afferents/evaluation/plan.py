@@ -145,7 +145,7 @@ def require_encodings(
     InputError
         Naming the option; or the model and the recording.
     """
-    every = encoding_options()
+    every = encoding_options() if encodings.wanted else {}
     for name, _ in encodings.wanted:
 
         def has_field(model: Model, name: str = name) -> bool:
