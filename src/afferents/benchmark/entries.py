@@ -240,7 +240,7 @@ def _printed(
 def _accuracy(entry: Entry) -> tuple[Any, ...]:
     low, high = entry.ci95
     return (
-        {"nobody": "no", "robot": "yes", "fingertip": "itself"}[entry.told_speed],
+        {"none": "no", "given": "yes", "measured": "itself"}[entry.told_speed],
         _percent(entry.whole),
         _percent(entry.mean),
         f"{100 * low:.0f}–{100 * high:.0f}",

@@ -37,7 +37,7 @@ from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of, source_of
 from afferents.store import responses as store
 from afferents.store import zarr_store
-from afferents.store.digest import DIGEST, sealed, values_digest
+from afferents.store.integrity import DIGEST, sealed, values_digest
 from afferents.store.motion import speed_along
 from afferents.store.recording import RecordingSet, require_distinct
 from afferents.store.responses import Responses, read_whole

@@ -41,7 +41,7 @@ def find_lack(model: Model, recordings: Sequence[Responses]) -> str:
     """Return what the first recording lacks that a model can't learn from; empty if all can do."""
     learning = [get_classifier(one.classifier) for one in (model, *data.list_parts(model))]
     sources = data.find_sources(model, Encodings())
-    between_channels = model.speed_from == "fingertip"
+    between_channels = model.speed_from == "measured"
     needed = f"{' and '.join(source.channel.name for source in sources)} in the form it needs"
     if between_channels:
         needed = "several vibration channels to measure the speed between"
@@ -227,8 +227,8 @@ def _require_no_hint_of_speed(models: Sequence[Model], encodings: Encodings) -> 
     for model in models:
         sources = data.find_sources(model, encodings)
         for part, source in zip(data.list_parts(model), sources, strict=True):
-            if source.encoding.needs_speed and part.speed_from != "robot":
-                told = [name for name, one in MODELS.items() if one.speed_from == "robot"]
+            if source.encoding.needs_speed and part.speed_from != "given":
+                told = [name for name, one in MODELS.items() if one.speed_from == "given"]
                 raise InputError(
                     "--mask: expected lines in Hz alone, or models that are told the speed "
                     f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "

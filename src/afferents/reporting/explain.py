@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.channels import find_channel
 from afferents.choices import Cut
-from afferents.encodings.frames import ImageEncoding
+from afferents.encodings.images import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError

@@ -56,7 +56,7 @@ def learnt(curves, speed_from, rng):
 
 
 @pytest.mark.parametrize("steps", [33.0, 33.25, 33.5])
-@pytest.mark.parametrize("speed_from", ["nobody", "robot"])
+@pytest.mark.parametrize("speed_from", ["none", "given"])
 def test_textures_are_named_at_a_speed_never_learnt(speed_from, steps):
     """Wherever it lies between those supposed, twelve to the octave: lines are a bin wide."""
     rng = np.random.default_rng(0)
@@ -64,11 +64,11 @@ def test_textures_are_named_at_a_speed_never_learnt(speed_from, steps):
     model = learnt(curves, speed_from, rng)
     speeds = tuple(SPEEDS[0] / 2.5 * 2 ** (n / 12) for n in (steps, steps + 12))
     values, labels, speed = spectra(curves, 20, speeds, rng)
-    logs = model(values, speed if speed_from == "robot" else None)
+    logs = model(values, speed if speed_from == "given" else None)
     np.testing.assert_allclose(logs.exp().sum(1), 1, rtol=1e-4)
     assert (logs.argmax(1) == labels).float().mean() > 0.95
     found = model.speed(values, labels)
-    if speed_from == "robot":
+    if speed_from == "given":
         assert found is None
     else:
         assert torch.log2(found.double() / speed).abs().median() < 1 / PER_OCTAVE
@@ -80,8 +80,8 @@ def test_one_pattern_at_other_scales_needs_the_speed():
     pattern[PER_OCTAVE : 2 * PER_OCTAVE] = 3 * rng.normal(size=PER_OCTAVE)  # far from any end
     curves = [np.roll(pattern, shift) for shift in (0, 3, 6, 9, 12)]
     values, labels, speed = spectra(curves, 20, (28.3, 56.6), rng)
-    told = learnt(curves, "robot", rng)(values, speed).argmax(1)
-    untold = learnt(curves, "nobody", rng)(values).argmax(1)
+    told = learnt(curves, "given", rng)(values, speed).argmax(1)
+    untold = learnt(curves, "none", rng)(values).argmax(1)
     assert (told == labels).float().mean() > 0.95
     assert (untold == labels).float().mean() < 0.6
 
@@ -99,7 +99,7 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
         return torch.from_numpy(both), labels, speed
 
     values, labels, speed = with_phases(SPEEDS)
-    model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "fingertip")
+    model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "measured")
     data = FitData(values, labels, equal_weights(labels, speed), speed)
     model.solve(data, rng, 30.0)
     values, labels, speed = with_phases((28.3,))
@@ -109,8 +109,8 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
 
 def test_who_measures_or_must_be_told_the_speed_says_so():
     with pytest.raises(InputError, match="several vibration channels"):
-        OrderSearch(3, 1, FREQUENCIES, PER_MM, "fingertip")
-    model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "robot")
+        OrderSearch(3, 1, FREQUENCIES, PER_MM, "measured")
+    model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "given")
     with pytest.raises(InputError, match="the sliding speed, found none; use order-te"):
         model(torch.zeros(2, 1, len(FREQUENCIES)))
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.errors import InputError
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.motion import (
     Series,
     add_motion,

@@ -9,7 +9,7 @@ import xarray as xr
 from afferents.errors import InputError
 from afferents.neuro.neural import spikes_of_store
 from afferents.robots.sources import find_recordings
-from afferents.store.digest import sealed
+from afferents.store.integrity import sealed
 from afferents.store.zarr_store import (
     create_store,
     open_responses,
