@@ -11,11 +11,12 @@ from afferents.evaluation.options import TrainingOptions
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
-from ....conftest import few_epochs
+from ....conftest import MAKES_STORES, few_epochs
 from ....kept import kept
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = Progress(quiet=True)
+MAKES_MODELS = ("afferents.evaluation.train", "afferents.models.export")
 LIVE = ["afferents.cli", "afferents.lab.live.web.server", "afferents.lab.live.replay"]
 """What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
 
@@ -46,7 +47,7 @@ def models(stores):
             for name, kind in sources.items():
                 trained(stores[kind], name, folder)
 
-    with kept("models", train_all) as folder:
+    with kept("models", train_all, (*MAKES_STORES, *MAKES_MODELS)) as folder:
         yield {name: folder / f"{name}.onnx" for name in sources}
 
 
