@@ -25,7 +25,7 @@ from .encodings.augment import (
 from .encodings.base import (
     VibrationEncoding as VibrationEncoding,
 )
-from .encodings.frames import (
+from .encodings.images import (
     ImageEncoding as ImageEncoding,
 )
 from .encodings.images import (
@@ -154,7 +154,7 @@ from .neuro.natural import (
 from .neuro.neural import (
     neural as neural,
 )
-from .neuro.nwb.export import (
+from .neuro.nwb import (
     export_nwb as export_nwb,
 )
 from .recordings.audio import (

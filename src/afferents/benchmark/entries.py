@@ -12,7 +12,7 @@ from afferents.documents import as_form, parse_json
 from afferents.errors import InputError
 from afferents.files import holds_only, require_free, write_text
 from afferents.folds.controls import CONTROLS
-from afferents.folds.held_out import Amount, Count, Share, Shares
+from afferents.forms import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
 from afferents.reporting.page import render_tables
 from afferents.reporting.tables import make_table, render_markdown
@@ -240,7 +240,7 @@ def _printed(
 def _accuracy(entry: Entry) -> tuple[Any, ...]:
     low, high = entry.ci95
     return (
-        {"nobody": "no", "robot": "yes", "fingertip": "itself"}[entry.told_speed],
+        {"none": "no", "given": "yes", "measured": "itself"}[entry.told_speed],
         _percent(entry.whole),
         _percent(entry.mean),
         f"{100 * low:.0f}–{100 * high:.0f}",

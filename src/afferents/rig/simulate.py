@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from afferents import files
-from afferents.choices import Nodules, Remount, Size, numbers_in, require_workers
+from afferents.choices import Nodules, Remount, Size, parse_numbers, require_workers
 from afferents.documents import read_json
 from afferents.errors import InputError
 from afferents.files import Place
@@ -232,7 +232,7 @@ def simulate(
     from afferents.rig.sensor_rig import make_rig
 
     require_workers(workers)
-    speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
+    speeds = None if speeds_mm_s is None else parse_numbers(speeds_mm_s, "--speeds")
     given = resolve_sensor(sensor)
     if isinstance(textures, str) and not set(textures) <= set(LETTERS):
         textures = textures.split(",")

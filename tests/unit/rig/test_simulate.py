@@ -109,7 +109,7 @@ def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     assert not list(folder.rglob(".partial*"))
 
 
-def test_a_full_disk_is_one_sentence_and_no_broken_file(fails, tmp_path):
+def test_a_full_disk_leaves_nothing_half_written(fails, tmp_path):
     asked = ("--textures", "g", "--speeds", "50", "--seconds", "1.6", "--workers", "1", "--quiet")
     with files_no_larger_than(20_000):
         assert "File too large" in fails("simulate", tmp_path / "new", *asked)
