@@ -82,7 +82,7 @@ def _recognised(path: Path) -> DataSet:
     InputError
         If a reader of another package raises, or recognises what another reader does.
     """
-    claims = []
+    claims: list[type[DataSet]] = []
     for kind in readers().values():
         if claims and kind.name in DATA_SETS:  # the package's first is enough
             continue

@@ -16,18 +16,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from afferents.errors import InputError
+from afferents.recordings import session_file
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import IMAGES, find_media, is_sound, is_video, named
 from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, parse_speed
 from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
-from afferents.recordings.session_file import (
-    SESSION_FILE,
-    SESSION_TOML,
-    ListedRecording,
-    SessionFile,
-    read_session_file,
-    require_label,
-)
+from afferents.recordings.session_file import SESSION_FILES, ListedRecording, SessionFile
 from afferents.recordings.video import VideoFile
 from afferents.store.log import LoggedFile
 from afferents.store.recording import Recording, Video, fold_label, require_utf8
@@ -132,8 +126,8 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
     """
     path = path.absolute()
     for folder in path.parents:
-        if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
-            declared = read_session_file(folder)
+        if any((folder / name).is_file() for name in SESSION_FILES):
+            declared = session_file.read_session_file(folder)
             own = (r.fps_hz for r in declared.recordings if path == folder / (r.video or ""))
             return declared, next(own, None)
     return SessionFile(sensor_channel=None), None
@@ -215,7 +209,7 @@ def _find_in_any_case(root: Path, file: str) -> str | None:
 
 def _label(path: Path, text: str) -> str:
     try:
-        return require_label(fold_label(text))
+        return session_file.require_label(fold_label(text))
     except ValueError as error:
         raise InputError(f"{path}: expected {error!s}, found '{text}'; rename the file") from error
 
