@@ -60,26 +60,20 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             )
         if there:  # a store without any is as good as new
             if "sensor" in earlier and "sensor" in config:
-                _require_same_sensor(store, earlier["sensor"], config["sensor"])
+                has, wanted = earlier["sensor"], json.loads(json.dumps(config["sensor"]))
+                if differs := files.first_difference(has, wanted):
+                    which = f" (another {differs[0]})" if has["name"] == wanted["name"] else ""
+                    raise InputError(
+                        f"{store}: expected responses of the requested sensor, '{wanted['name']}', "
+                        f"found those of '{has['name']}'{which}; choose another name for the "
+                        "store, remove this one, or give that sensor"
+                    )
             files.require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return
     else:
         files.require_free(store, files.holds_only())
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
-
-
-def _require_same_sensor(
-    store: Path, earlier: Mapping[str, Any], wanted: Mapping[str, Any]
-) -> None:
-    """Refuse a sensor other than that of the responses there."""
-    if differs := files.first_difference(earlier, json.loads(json.dumps(wanted))):
-        which = f" (another {differs[0]})" if earlier["name"] == wanted["name"] else ""
-        raise InputError(
-            f"{store}: expected responses of the requested sensor, '{wanted['name']}', found those "
-            f"of '{earlier['name']}'{which}; choose another name for the store, remove this one, "
-            "or give that sensor"
-        )
 
 
 def create_parents(store: Path, names: Iterable[str]) -> None:
