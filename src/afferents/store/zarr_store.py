@@ -28,6 +28,8 @@ from afferents.store.responses import Responses, check_responses
 FORMAT, SCHEMA = "afferents responses", 2
 TRACKS = "afferents tracks"
 """Format of a store of one video's tracks."""
+_MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))
+"""Attributes that are null on disk where they are not known: JSON has no NaN."""
 FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
@@ -145,12 +147,14 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
         # Names of variable length: Zarr v3 specifies no type for those of fixed length.
         fixed = [name for name in dataset.variables if dataset[name].dtype.kind == "U"]
         named = dataset.assign_coords({name: dataset[name].astype(object) for name in fixed})
-        _without_nan(named).to_zarr(
+        known = {name: dataset.attrs[name] for name in _MAY_BE_NAN if name in dataset.attrs}
+        unknown = [name for name, value in known.items() if value != value]
+        named.assign_attrs(dict.fromkeys(unknown)).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
             write_empty_chunks=True,  # so that one that is missing has been lost
-            encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
+            encoding={name: _choose_chunks(dataset[name]) for name in dataset.data_vars},
         )
         if not (partial / ROOT).is_file():  # it was removed while it was being written
             raise InputError(
@@ -301,7 +305,9 @@ def _open(store: Path, name: str) -> Responses:
     read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
     with reading(group, "responses that can be read", do="remove the folder and extract again"):
         integrity.require_all_chunks(group)
-        responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
+        responses = xr.open_zarr(group, consolidated=False, chunks=None)
+        unknown = [name for name in _MAY_BE_NAN if responses.attrs.get(name, 0) is None]
+        responses = responses.assign_attrs(dict.fromkeys(unknown, math.nan))
         checked = check_responses(responses, group)
         integrity.require_described(checked, group)
         integrity.require_small_values(checked, group)
@@ -317,23 +323,7 @@ def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
 
 
-_MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))
-
-
-def _without_nan(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses whose unknown speed, or light and focus, is null: JSON has no NaN."""
-    attrs = responses.attrs
-    unknown = [name for name in _MAY_BE_NAN if name in attrs and attrs[name] != attrs[name]]
-    return responses.assign_attrs(dict.fromkeys(unknown))
-
-
-def _with_nan(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses as they were before `_without_nan`."""
-    unknown = [name for name in _MAY_BE_NAN if responses.attrs.get(name, 0) is None]
-    return responses.assign_attrs(dict.fromkeys(unknown, math.nan))
-
-
-def _encoding(variable: xr.DataArray) -> dict[str, Any]:
+def _choose_chunks(variable: xr.DataArray) -> dict[str, Any]:
     first = variable.dims[0]
     along = {dims.TIME: FRAMES_A_CHUNK, dims.AUDIO_TIME: AUDIO_SAMPLES_A_CHUNK}.get(str(first))
     whole = variable.shape
