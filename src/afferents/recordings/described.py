@@ -297,7 +297,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
         If it can't be read, lacks a column, leaves one empty, or has two rows of one file.
     """
     found: dict[str, Row] = {}
-    for where, row in _rows(path, labels):
+    for where, row in _read_rows(path, labels):
         missing = [one for one in (labels.name, *labels.columns.values()) if not row.get(one)]
         if missing:
             have = ", ".join(name for name, text in row.items() if text) or "nothing"
@@ -314,7 +314,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
     return found
 
 
-def _rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
+def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     """Yield where each row stands, and its texts by column."""
     if path.suffix.lower() != ".json":
         yield from ((f"line {number}", row) for number, row in read_texts(path))

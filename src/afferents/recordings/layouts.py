@@ -67,9 +67,9 @@ def published(root: Path, declared: SessionFile) -> list[Recording]:
 
 def recording_folders(root: Path) -> Iterator[Path]:
     """Yield the folders of recordings in the published layout, of whatever names."""
-    for texture in _folders(root):
-        for speed in _folders(texture):
-            repetitions = [folder for folder in _folders(speed) if _is_recorded(folder)]
+    for texture in _list_folders(root):
+        for speed in _list_folders(texture):
+            repetitions = [folder for folder in _list_folders(speed) if _is_recorded(folder)]
             if _is_recorded(speed):
                 if repetitions:
                     raise InputError(
@@ -81,7 +81,7 @@ def recording_folders(root: Path) -> Iterator[Path]:
             yield from repetitions
 
 
-def _folders(parent: Path) -> list[Path]:
+def _list_folders(parent: Path) -> list[Path]:
     return [path for path in parent.iterdir() if path.is_dir() and not path.name.startswith(".")]
 
 
@@ -189,9 +189,9 @@ def _list_by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecord
         yield ListedRecording(
             video=None if heard else file,
             audio=file if heard else sound_file,
-            texture=_label(path, values[TEXTURE]),
+            texture=_require_label(path, values[TEXTURE]),
             speed_mm_s=speed,
-            id="/".join(_label(path, part) for part in parts),
+            id="/".join(_require_label(path, part) for part in parts),
             conditions=others,
         )
 
@@ -207,7 +207,7 @@ def _find_in_any_case(root: Path, file: str) -> str | None:
     return None
 
 
-def _label(path: Path, text: str) -> str:
+def _require_label(path: Path, text: str) -> str:
     try:
         return session_file.require_label(fold_label(text))
     except ValueError as error:
