@@ -6,8 +6,7 @@ Importing what computes takes seconds; a signature and its docstring stand in th
 import ast
 import inspect
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -49,7 +48,7 @@ class Signature:
     text: str
 
 
-def first_line(where: str) -> str:
+def read_first_line(where: str) -> str:
     """Return the first line of a function's docstring, given ``package.module:function``."""
     module, _, name = where.partition(":")
     found = re.search(
@@ -60,7 +59,7 @@ def first_line(where: str) -> str:
 
 
 @cache
-def signature_of(where: str) -> Signature:
+def read_signature(where: str) -> Signature:
     """Return what ``package.module:function`` takes."""
     from docstring_parser import DocstringStyle, parse
 
@@ -81,29 +80,24 @@ def signature_of(where: str) -> Signature:
 
 
 @cache
-def fields_of(where: str) -> tuple[Argument, ...]:
+def read_fields(where: str) -> tuple[Argument, ...]:
     """Return the fields of a pydantic model, ``package.module:Model``; its own come first."""
     module, _, name = where.partition(":")
     tree = ast.parse(_source(module))
     node = next(n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == name)
     names = {n.name for n in tree.body if isinstance(n, ast.ClassDef)}
-    found = list(_fields(node, tree))
-    for base in node.bases:
-        if isinstance(base, ast.Name) and base.id in names:
-            found += fields_of(f"{module}:{base.id}")
-    return tuple(found)
-
-
-def _fields(node: ast.ClassDef, tree: ast.Module) -> Iterator[Argument]:
+    found: list[Argument] = []
     for field, after in zip(node.body, [*node.body[1:], None], strict=True):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-            value = after.value if isinstance(after, ast.Expr) else None
-            text = str(value.value) if isinstance(value, ast.Constant) else ""
+            about = after.value if isinstance(after, ast.Expr) else None
+            text = str(about.value) if isinstance(about, ast.Constant) else ""
             first, *_ = text.split("\n\n")
-            one = Argument(
-                field.target.id, _kind(field.annotation, field.value), _value(field.value, tree)
-            )
-            yield replace(one, help=_plain(first))
+            kind, default = _kind(field.annotation, field.value), _value(field.value, tree)
+            found.append(Argument(field.target.id, kind, default, _plain(first)))
+    for base in node.bases:
+        if isinstance(base, ast.Name) and base.id in names:
+            found += read_fields(f"{module}:{base.id}")
+    return tuple(found)
 
 
 def _source(module: str) -> str:
