@@ -102,7 +102,7 @@ def listed(name: str) -> str:
     rows = []
     for model in afferents.MODELS.values():
         parts = [afferents.MODELS[part] for part in model.parts] or [model]
-        given = {"robot": "given", "fingertip": "measured"}.get(model.speed_from, "")
+        given = {"given": "given", "measured": "measured"}.get(model.speed_from, "")
         used = (in_code(part.channel for part in parts), in_code(part.encoding for part in parts))
         rows.append([f"`{model.name}`", model.title, *used, in_code([model.classifier]), given])
     return table(["model", "in tables", "channel", "encoding", "classifier", "speed"], rows)

@@ -40,6 +40,24 @@ settings.load_profile("patient")
 RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
 STEADY_S = 0.17
 PITCH_PX, RADIUS_PX = 22.0, 6.5
+MAKES_STORES = ("afferents.extraction.extract",)
+
+
+A_TEST_S = 60
+"""How long a test may take that stays in its process; on a quiet machine none takes a third."""
+
+
+def pytest_collection_modifyitems(items):
+    """Let a test that hangs fail soon; what a session makes once for many is not counted.
+
+    A machine that has more to do than processors is given as much more time.
+    """
+    load = max(os.getloadavg()) / os.cpu_count() if hasattr(os, "getloadavg") else 1
+    how = {"method": "signal"} if hasattr(signal, "SIGALRM") else {}  # the others go on
+    limit = pytest.mark.timeout(A_TEST_S * max(1, load), func_only=True, **how)
+    for item in items:
+        if not any(item.get_closest_marker(name) for name in ("system", "slow", "timeout")):
+            item.add_marker(limit)
 
 
 @lru_cache(maxsize=64)
@@ -158,8 +176,11 @@ def session(small_session):
 @pytest.fixture(scope="session")
 def sounds():
     """Three textures at four speeds, three seconds of audio each, no video."""
-    audible = partial(write_session, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
-    with kept("sounds", audible) as root:
+
+    def write(root):
+        write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+
+    with kept("sounds", write) as root:
         yield root
 
 
@@ -167,12 +188,13 @@ def sounds():
 def stores(small_session, sounds):
     """Extracted responses: of videos, and of sound alone. Who changes them copies them first."""
 
-    def extract(root):
-        for kind, recordings in (("video", small_session), ("audio", sounds)):
-            command = ("extract", recordings, root / f"{kind}.zarr", "--workers", 1, "--quiet")
-            cli.run([*map(str, command)])
+    from afferents.extraction.extract import extract
 
-    with kept("stores", extract) as root:
+    def extract_both(root):
+        for kind, recordings in (("video", small_session), ("audio", sounds)):
+            extract(recordings, root / f"{kind}.zarr", workers=1, quiet=True)
+
+    with kept("stores", extract_both, MAKES_STORES) as root:
         yield {kind: root / f"{kind}.zarr" for kind in ("video", "audio")}
 
 

@@ -1,14 +1,18 @@
 """What many tests need is made once a machine, and kept until what it is made of changes.
 
 Processes that ask for the same thing at once wait for the first, which makes it aside and renames
-it. Things lie in a folder named by a checksum of the package, the fixtures, what is installed, and
-what decides how this processor rounds; `AFFERENTS_TEST_CACHE` says where such folders lie.
+it. Things lie in a folder named by a checksum of the modules that make them with all they import,
+of the fixtures, what is installed, and what decides how this processor rounds;
+`AFFERENTS_TEST_CACHE` says where such folders lie.
 """
 
+import ast
 import hashlib
+import inspect
 import json
 import os
 import platform
+import re
 import shutil
 import time
 from contextlib import contextmanager, suppress
@@ -20,18 +24,17 @@ from filelock import FileLock
 
 import afferents
 
-HERE = Path(__file__).parent
+HERE, PACKAGE = Path(__file__).parent, Path(afferents.__file__).parent
 ROUNDING = ("ONEDNN_", "ATEN_", "MKL_", "OMP_", "OPENBLAS_", "NPY_", "NUMBA_", "OPENCV_")
 """Names of variables by which libraries are told how to compute begin so."""
 UNUSED_S = 7 * 86400
 
 
-@cache
-def folder():
-    """Return where things of this package on this machine lie."""
+def folder(made_by, fixture):
+    """Return where what these modules make, as this file of tests tells them, lies here."""
     caches = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     root = Path(os.environ.get("AFFERENTS_TEST_CACHE", caches / "afferents-tests"))
-    of_now = root / _key()
+    of_now = root / key(made_by, (HERE / "conftest.py", Path(__file__), Path(fixture)))
     of_now.mkdir(parents=True, exist_ok=True)
     os.utime(of_now)
     for other in root.iterdir():
@@ -41,18 +44,88 @@ def folder():
     return of_now
 
 
-def _key():
-    package, found = Path(afferents.__file__).parent, hashlib.sha256()
-    fixtures = [*HERE.glob("**/conftest.py"), Path(__file__)]
-    for root, files in ((package, package.rglob("*")), (HERE, fixtures)):
-        for path in sorted(files):
-            if path.is_file() and "__pycache__" not in path.parts:
-                found.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
+def key(made_by, fixtures=(), package=PACKAGE):
+    """Return a checksum of what modules of a package import, the fixtures, and this machine."""
+    found = hashlib.sha256()
+    for path in sorted(closure(made_by, package)):
+        found.update(f"{path.relative_to(package)}\0".encode() + path.read_bytes())
+    for path in fixtures:
+        found.update(f"{path.name}\0".encode() + path.read_bytes())
+    found.update("\n".join(_here()).encode())
+    return found.hexdigest()[:24]
+
+
+def closure(names, package=PACKAGE):
+    """Return the files of a package that these modules import, at once or when they are called.
+
+    What a string names (``package.module:NAME``) counts, and data files beside a module.
+    """
+    found, waiting = set(), {package.name, *names} if names else set()
+    while waiting:
+        name = waiting.pop()
+        path = _file(name, package)
+        if path is None:
+            waiting |= _behind(name, package)
+        elif path not in found:
+            found |= {path, *_data_beside(path)}
+            waiting |= _mentioned(path, package)
+    return found
+
+
+def _file(name, package):
+    """Return the file of a module; None if it is no module of the package."""
+    path = package.parent.joinpath(*name.split("."))
+    files = (path / "__init__.py", path.with_name(f"{path.name}.py"))
+    return next((one for one in files if one.is_file()), None)
+
+
+def _behind(name, package):
+    """Return the modules of what a package imports when it is asked for, as its stub says."""
+    parent, _, last = name.rpartition(".")
+    stub = package.parent.joinpath(*parent.split("."), "__init__.pyi")
+    if not stub.is_file():
+        return set()
+    imports = [
+        node for node in ast.parse(stub.read_text()).body if isinstance(node, ast.ImportFrom)
+    ]
+    return {f"{parent}.{one.module}" for one in imports if last in {a.name for a in one.names}}
+
+
+def _data_beside(path):
+    """Return files of other kinds in a module's folder, and in folders there without modules."""
+    beside = [one for one in path.parent.iterdir() if one.is_file()]
+    for below in path.parent.iterdir():
+        if below.is_dir() and below.name != "__pycache__" and not any(below.glob("*.py")):
+            beside += [one for one in below.rglob("*") if one.is_file()]
+    return {one for one in beside if one.suffix not in (".py", ".pyi", ".pyc")}
+
+
+@cache
+def _mentioned(path, package):
+    """Return the names of modules that a file imports or names, and of the packages above them."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {one.name for one in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{one.name}" for one in node.names)}
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            names.add(node.value.partition(":")[0])
+    ours = {name for name in names if re.fullmatch(rf"{package.name}(\.\w+)*", name)}
+    return {name[:end] for name in ours for end in (*_dots(name), None)}
+
+
+def _dots(name):
+    return [place for place, letter in enumerate(name) if letter == "."]
+
+
+@cache
+def _here():
+    """Return what is installed, and what decides how this processor rounds."""
     installed = {f"{one.name} {one.version}" for one in distributions() if one.name != "afferents"}
     told = {f"{name}={value}" for name, value in os.environ.items() if name.startswith(ROUNDING)}
     about = [afferents.__version__, platform.python_version(), *sorted(installed), *sorted(told)]
-    found.update("\n".join([*about, *_processor()]).encode())
-    return found.hexdigest()[:24]
+    return [*about, *_processor()]
 
 
 def _processor():
@@ -76,12 +149,13 @@ def _noted(folder):
 
 
 @contextmanager
-def kept(name, make):
+def kept(name, make, made_by=()):
     """Give the folder `name`, which `make` fills where it is not there, or no longer whole.
 
-    Who is given it changes nothing in it; that is checked at the end.
+    It is made anew when the modules of `made_by` change, or one that they import. Who is given it
+    changes nothing in it; that is checked at the end.
     """
-    there = folder() / name
+    there = folder(made_by, inspect.getsourcefile(inspect.unwrap(make))) / name
     sums = there.with_name(f"{name}.json")
     with FileLock(there.with_name(f"{name}.lock")):
         if not (sums.exists() and _noted(there) == json.loads(sums.read_text())):

@@ -1,6 +1,5 @@
 """Folders of fingertips on arms, made from the simulated rig: what comes back of what is known."""
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from afferents.errors import InputError
 from afferents.extraction.clocks import describe, measure_clocks, measure_lag, set_clocks
 from afferents.markers.session_sensors import find_sensors
 from afferents.rig import Rig
-from afferents.store.logged import Lag
+from afferents.store.log import Lag
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
 import arm_folders
@@ -99,27 +98,7 @@ def test_a_clock_is_said_to_be_ahead_or_behind():
     assert behind.startswith("The clock of 'pose' is 0.0050 s behind the images', by the press of ")
 
 
-def test_the_script_without_a_folder_says_how_it_is_used():
-    said = subprocess.run([sys.executable, arm_folders.__file__], capture_output=True, text=True)
-    assert said.returncode == 2
-    assert said.stderr.startswith("usage: arm_folders.py [-h] [--sweep] FOLDER\n")
-
-
-def test_a_press_that_was_logged_of_another_is_refused_and_nothing_is_written(
-    runs, fails, tmp_path
-):
-    write_logs(runs, 0.02, DRIFT)
-    path = runs / "run_0/ft_sensor_data.csv"
-    head, *rows = path.read_text().splitlines()
-    rng = np.random.default_rng(0)
-    noise = [",".join([row.split(",")[0], *map(str, rng.normal(size=6))]) for row in rows]
-    path.write_text("\n".join([head, *noise]) + "\n")
-    sentence = fails("extract", runs, tmp_path / "out.zarr", "--workers", "1")
-    assert "run_0/ft_sensor_data.csv: expected one whose z explains 90%" in sentence
-    assert not (tmp_path / "out.zarr").exists()
-
-
-def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path, fails):
+def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path):
     part = tmp_path / "train"
     arm_folders.write_streams(part, spacings=(2.0,), seconds=0.3)
     (found,) = afferents.extract(part, tmp_path / "out.zarr", workers=1, quiet=True)
@@ -134,10 +113,6 @@ def test_sa1_of_streams_is_that_of_the_pins_from_rest(tmp_path, fails):
     assert found.sizes["time"] == len(true)
     assert np.sqrt(np.mean((found.sa1.values - true) ** 2)) < 0.1
     assert true.mean() > 0.5  # pressed and sheared already where the stream begins
-    (part / "tactile_images/1/0005.png").unlink()
-    sentence = fails("extract", part, tmp_path / "torn.zarr", "--workers", "1", "--quiet")
-    assert "timestamps.csv: expected rows for the 26 images and no others" in sentence
-    assert not (tmp_path / "torn.zarr/zarr.json").exists()
 
 
 def a_press(time_s):

@@ -19,7 +19,7 @@ Given = Mapping[str, Any]
 
 
 def fetch(found: Any, given: Given) -> Output:
-    from afferents.recordings.fetch.fetch import public_sets
+    from afferents.recordings.fetch import public_sets
 
     folder = found.folder
     then = public_sets()[given["name"]].next_step.format(folder=folder)

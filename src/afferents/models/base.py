@@ -26,7 +26,7 @@ class Task(NamedTuple):
     frequency_hz
         Of samples over frequency, the axis.
     speed_from
-        What tells the speed of samples that are to be named.
+        Where the speed of a sample to classify comes from; see `Model`.
     seed
         Of the first weights.
     """
@@ -36,7 +36,7 @@ class Task(NamedTuple):
     sample_dims: tuple[str, ...]
     encoding: Any = None
     frequency_hz: NDArray[np.float64] | None = None
-    speed_from: SpeedFrom = "nobody"
+    speed_from: SpeedFrom = "none"
     seed: int = 0
 
 
@@ -236,5 +236,5 @@ def build_classifier(kind: type[Classifier], task: Task) -> Classifier:
         torch.default_generator.manual_seed(task.seed)
         built = kind.built_for(task)
     if isinstance(built, Solved):
-        built.told_speed = task.speed_from == "robot"
+        built.told_speed = task.speed_from == "given"
     return built

@@ -11,7 +11,7 @@ from afferents.plugins import named
 
 MODEL_NAME = r"[^./\\,:\s][^/\\,:\s]*"
 """A model's folder is named by it."""
-SpeedFrom = Literal["nobody", "robot", "fingertip"]
+SpeedFrom = Literal["none", "given", "measured"]
 """What tells a model the sliding speed of a sample that it names: the fingertip measures it."""
 
 
@@ -47,7 +47,8 @@ class Model:
         Whether copies of the training samples stand in for speeds that were never seen: spectra
         stretched in frequency (section 2.4.3), or images gone through faster and slower (ours).
     speed_from
-        What tells it the speed of what is tested.
+        Where the speed of a test sample comes from: `none` needs none, `given` is told it (by a
+        robot), `measured` estimates it from the fingertip's own channels.
     parts
         Names of the models that ``late-fusion`` joins, each solved at once; its decisions are timed
         by the first.
@@ -63,7 +64,7 @@ class Model:
     classifier: Any
     recipe: str = ""
     stretched: bool = False
-    speed_from: SpeedFrom = "nobody"
+    speed_from: SpeedFrom = "none"
     parts: tuple[str, ...] = ()
     variant_of: str = ""
 
@@ -97,11 +98,11 @@ _OURS = (
     _row("order-te", "orders", RA2, "orders", "orders"),
     _row(
         "order-te-measured", "orders, speed measured", RA2, "orders", "orders",
-        speed_from="fingertip",
+        speed_from="measured",
     ),
     _row(
         "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
-        speed_from="robot",
+        speed_from="given",
     ),
     _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
     _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
@@ -116,7 +117,7 @@ _OURS = (
     ),
     _row(
         "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
-        speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
+        speed_from="given", parts=("order-te-speed-known", "sa-wave-vector"),
     ),
 )  # fmt: skip
 
@@ -195,22 +196,21 @@ def choose_models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
                 f"--models: expected an afferents.Model at {where}, found {type(found).__name__}"
             )
         own.append(found)
-    own += [one for one in listed(wanted) if isinstance(one, Model)]
+    own += [one for one in list_wanted(wanted) if isinstance(one, Model)]
     return [model for name, model in MODELS.items() if name in chosen] + own
 
 
 def list_names(wanted: str | Model | Sequence[str | Model]) -> list[str]:
     """Return the names among the models wanted, ``all`` and ``best`` with them."""
-    texts = [one for one in listed(wanted) if isinstance(one, str)]
+    texts = [one for one in list_wanted(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]
 
 
-def listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
+def list_wanted(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
     """Return what names models, texts and objects, as a list."""
-    listed = (
-        list(wanted) if isinstance(wanted, Iterable) and not isinstance(wanted, str) else [wanted]
-    )
-    for one in listed:
+    is_one = isinstance(wanted, str) or not isinstance(wanted, Iterable)
+    found = [wanted] if is_one else list(wanted)
+    for one in found:
         if not isinstance(one, str | Model):
             raise InputError(f"--models: expected names, or an afferents.Model, found {one!r}")
-    return listed
+    return found

@@ -61,7 +61,7 @@ class OrderSearch(Solved):
     per_mm
         The textures' axis, geometric, cycles per mm.
     speed_from
-        What tells the speed of samples that are to be named.
+        Where the speed of a sample to classify comes from; see `Model`.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class OrderSearch(Solved):
     ) -> None:
         """Start with nothing learnt."""
         super().__init__()
-        if speed_from == "fingertip" and n_channels == 1:
+        if speed_from == "measured" and n_channels == 1:
             raise InputError(
                 "the data: expected several vibration channels to measure the speed between, "
                 "found one; use order-te or order-te-speed-known"
@@ -139,19 +139,19 @@ class OrderSearch(Solved):
         self.sd = variance.sqrt().clamp_min(_LEAST_SD)
         named = nn.functional.one_hot(labels, len(self.constant))
         names, measures = Gram(*self.weight.shape), Gram(*self.right.shape)
-        n_wrong = 0 if self.speed_from == "robot" else WRONG_SPEEDS
+        n_wrong = 0 if self.speed_from == "given" else WRONG_SPEEDS
         for right in (True, *([False] * n_wrong)):
             supposed = speed_mm_s if right else _draw_wrong(speed_mm_s, low, high, rng)
             share = weight if right else weight / WRONG_SPEEDS
             parts = self._over_textures(values, supposed)
-            if right or self.speed_from == "nobody":
+            if right or self.speed_from == "none":
                 names.add(parts.flatten(1), named * right, share)
-            if self.speed_from == "fingertip":
+            if self.speed_from == "measured":
                 is_right = torch.full((len(parts), 1), float(right))
                 measures.add(parts[:, self.n_channels :].flatten(1), is_right, share)
         strength = penalty * self.n_channels
         self.weight, self.constant = names.solve(strength)
-        if self.speed_from == "fingertip":
+        if self.speed_from == "measured":
             self.right, _ = measures.solve(strength)  # the constant favours no speed
 
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
@@ -164,13 +164,13 @@ class OrderSearch(Solved):
         InputError
             If it needs the speed, and is not given it.
         """
-        if self.speed_from == "robot":
+        if self.speed_from == "given":
             if speed_mm_s is None:
                 raise InputError(
                     "order-te-speed-known: expected the sliding speed, found none; use order-te"
                 )
             return self._at(values, speed_mm_s)[:, None]
-        if self.speed_from == "fingertip":
+        if self.speed_from == "measured":
             return self._at(values, self.measured(values))[:, None]
         return self._search(values)
 
@@ -195,9 +195,9 @@ class OrderSearch(Solved):
         textures
             Numbers of the textures, (n,); from these scores, or known for certain.
         """
-        if self.speed_from == "robot":
+        if self.speed_from == "given":
             return None
-        if self.speed_from == "fingertip":
+        if self.speed_from == "measured":
             return self.measured(values)
         named = self._search(values)[torch.arange(len(values)), :, textures]
         return self.speeds[named.argmax(1)]

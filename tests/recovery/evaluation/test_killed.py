@@ -10,30 +10,13 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import psutil
 import pytest
-import soundfile
 
 pytestmark = pytest.mark.system
 
 KILLS = 20
-RATE_HZ = 8000
-
-
-def write_sounds(root):
-    """Three textures at four speeds, three seconds of sound each, no video."""
-    for texture in (1, 2, 3):
-        for speed in (20, 30, 40, 60):
-            folder = root / str(texture) / str(speed)
-            folder.mkdir(parents=True)
-            at_s = np.arange(3 * RATE_HZ) / RATE_HZ
-            noise = np.random.default_rng([texture, speed]).normal(size=len(at_s))
-            sound = 0.1 * texture * np.sin(2 * np.pi * texture * speed / 10 * at_s) + 0.05 * noise
-            soundfile.write(folder / "audio.wav", np.stack([sound, sound], axis=1), RATE_HZ)
-    declared = {"sample_rate_hz": RATE_HZ, "steady_s": [0.1, 3.0]}
-    (root / "session.json").write_text(json.dumps(declared))
 
 
 def command(store, out):
@@ -81,11 +64,8 @@ def table(out):
 
 
 @pytest.mark.slow
-def test_the_table_is_the_same_however_often_it_was_shot(tmp_path):
-    write_sounds(tmp_path / "session")
-    store = tmp_path / "s.zarr"
-    extract = (sys.executable, "-m", "afferents", "extract", tmp_path / "session", store, "--quiet")
-    subprocess.run(list(map(str, extract)), check=True)
+def test_the_table_is_the_same_however_often_it_was_shot(stores, tmp_path):
+    store = stores["audio"]
     subprocess.run(command(store, tmp_path / "calm"), check=True)
     rng = random.Random(0)
     shot = []

@@ -71,15 +71,6 @@ def test_covered_markers_are_lost_and_come_back_under_their_own_names(video, res
     assert detected[REST:, np.setdiff1d(np.arange(361), covered)].all()
 
 
-def test_one_to_one_never_shares_a_blob(video, rest, tip_b):
-    shown = slide(rest, most_px=9)
-    shown[REST + 4 : REST + 7, ::7] = np.nan
-    tracks = track_markers(video(shown), tip_b)
-    for frame in tracks[dims.POSITION].values[REST:]:
-        seen = frame[~np.isnan(frame[:, 0])]
-        assert len(np.unique(seen, axis=0)) == len(seen)
-
-
 def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
     """A marker is covered while the skin shifts by 14 px, so its neighbour comes within 10 px.
 

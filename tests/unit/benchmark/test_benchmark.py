@@ -68,7 +68,7 @@ def test_an_entry_says_how_good_how_sure_under_which_controls_and_at_what_cost(e
     best, chance = found["order-te-speed-known"], found["chance"]
     assert best.mean > 0.9 > chance.mean
     assert chance.mean == pytest.approx(chance.chance)
-    assert best.told_speed == "robot"
+    assert best.told_speed == "given"
     assert best.controls.keys() == CONTROLS.keys()
     assert max(best.controls["permuted"], best.controls["offsets"]) < best.mean - 0.2
     assert best.worst.accuracy == min(best.by.values())

@@ -1,9 +1,12 @@
+"""Spectra of windows: amplitudes, bins, and logarithms of anybody's windows."""
+
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from afferents import LogSpectra
 from afferents.encodings.spectra import SpectralEncoding, amplitude_spectrum, spectral_samples
 from afferents.errors import InputError
 
@@ -87,3 +90,25 @@ def test_what_makes_no_window_is_refused(n, encoding, said):
 def test_slowed_copies_have_all_bins_that_the_network_sees():
     assert SpectralEncoding().changed(model_bins=3000).kept_bins == 6000
     assert SpectralEncoding(kept_bins=200).changed().kept_bins == 200
+
+
+@pytest.fixture
+def windows():
+    return np.random.default_rng(0).normal(size=(5, 64, 3)).astype(np.float32)
+
+
+def test_a_tone_is_loudest_in_its_band_whatever_its_offset(windows):
+    tone = np.sin(2 * np.pi * 20 * np.arange(64) / 100)[:, None]
+    spectra = LogSpectra(100.0, 10.0, 40.0)
+    found = spectra.fit_transform(0.01 * windows + tone).reshape(5, 3, 17)
+    assert (found.argmax(axis=2) == 8).all()  # an octave above the first
+    shifted = LogSpectra().transform(windows + 100)
+    np.testing.assert_allclose(shifted, LogSpectra().transform(windows), atol=1e-2)
+
+
+def test_what_is_too_short_or_has_other_axes_is_refused(windows):
+    for model, short in ((LogSpectra(100.0, 1.0), windows), (LogSpectra(), windows[:, :2])):
+        with pytest.raises(InputError, match=r"LogSpectra: .*take longer windows"):
+            model.transform(short)
+    with pytest.raises(InputError, match=r"\(n, time, channels\), found .*\(5, 64\); a single"):
+        LogSpectra().transform(windows[:, :, 0])

@@ -133,6 +133,7 @@ def test_they_are_those_of_evaluate_on_the_same_recordings(rng, tmp_path):
     results = afferents.evaluate(
         Sounds(tmp_path / "data"), tmp_path / "r", "ridge-te", quiet=True, workers=1
     )
+    assert "time shuffled" in afferents.report(tmp_path / "r", quiet=True).read_text()
     x = np.concatenate(windows)
     spectra = LogSpectra(RATE_HZ, 10.0, 500.0, bins_per_octave=24)
 

@@ -99,7 +99,7 @@ def test_the_guard_finds_a_window_that_crosses(swept):
     stop[fold.validation] += 0.5
     reaching = reaching.assign_coords(stop_s=("sample", stop))
     assert find_leaks(reaching, fold, fold.train).test_samples_overlapping_validation > 0
-    assert not find_leaks(samples, fold, fold.train)
+    refuse_leaks(find_leaks(samples, fold, fold.train), fold)
 
 
 def test_constant_slides_are_of_the_band_of_their_speed():
@@ -132,13 +132,21 @@ def test_bands_that_can_not_be_held_out_are_refused(swept, name, window_s, found
         split_named(name).labelled(samples_of(swept, window_s), swept)
 
 
-def test_a_recording_without_the_series_is_named():
-    lone = [recording("a/1", "a", nominal=20.0)]
-    with pytest.raises(InputError, match="the force of every recording, found none of a/1"):
-        split_named("force-1-2").groups_of(lone)
-    lone = [recording("a/1", "a")]
-    with pytest.raises(InputError, match="the speed of every recording, found none of a/1"):
-        split_named("speed-20-40").groups_of(lone)
+CONSTANT = [recording("a/1", "a", nominal=20.0), recording("a/2", "a", nominal=40.0)]
+
+
+@pytest.mark.parametrize(
+    ("name", "recordings", "found"),
+    [
+        ("force-1-2", CONSTANT[:1], "the force of every recording, found none of a/1"),
+        ("speed-20-40", [recording("a/1", "a")], "the speed of every recording, found none of a/1"),
+        ("speed-in-50", CONSTANT, "found 50, which is more than the speed has values for"),
+        ("speed-200-300", None, r"which goes from 20\.\d to 79\.\d mm/s, found 200, 300"),
+    ],
+)
+def test_recordings_without_these_bands_are_refused(swept, name, recordings, found):
+    with pytest.raises(InputError, match=found):
+        split_named(name).groups_of(recordings or swept)
 
 
 def test_the_name_says_the_bands():
@@ -149,14 +157,6 @@ def test_the_name_says_the_bands():
     for split, bands in (("trial", "2,3"), ("speed", "fast"), ("speed", "2,,3")):
         with pytest.raises(InputError, match="--bands: expected"):
             name_bands(split, bands)
-
-
-def test_what_is_wrong_with_edges_is_said_with_the_range(swept):
-    with pytest.raises(InputError, match=r"which goes from 20\.\d to 79\.\d mm/s, found 200, 300"):
-        split_named("speed-200-300").groups_of(swept)
-    constant = [recording("a/1", "a", nominal=20.0), recording("a/2", "a", nominal=40.0)]
-    with pytest.raises(InputError, match="found 50, which is more than the speed has values for"):
-        split_named("speed-in-50").groups_of(constant)
 
 
 def test_quantiles_settle_to_edges(swept):

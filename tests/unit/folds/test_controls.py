@@ -42,34 +42,6 @@ def recorded(folder, sound_of):
     return Sounds(folder)
 
 
-def evaluated(data, out):
-    found = afferents.evaluate(data, out, "ridge-te", quiet=True, workers=1)
-    return {name: one.mean_accuracy for name, one in found.found.controls.items()}
-
-
-def test_a_pattern_in_time_is_gone_once_time_is_shuffled(tmp_path):
-    time_s = np.arange(2 * RATE_HZ) / RATE_HZ
-    lines_hz = (40, 90, 160)
-
-    def line(number, speed, noise):
-        return 0.1 * np.sin(2 * np.pi * lines_hz[number] * time_s) + 0.02 * noise
-
-    (tmp_path / "data").mkdir()
-    found = evaluated(recorded(tmp_path / "data", line), tmp_path / "r")
-    assert found["none"] > 0.95
-    assert max(found[name] for name in CONTROLS) < 0.7
-    page = afferents.report(tmp_path / "r", quiet=True).read_text()
-    assert "time shuffled" in page
-
-
-def test_loudness_alone_is_seen_by_every_control_but_those_that_take_it(tmp_path):
-    (tmp_path / "data").mkdir()
-    data = recorded(tmp_path / "data", lambda number, speed, noise: 0.02 * 2**number * noise)
-    found = evaluated(data, tmp_path / "r")
-    assert min(found["none"], found["shuffled"], found["amplitudes"]) > 0.95
-    assert max(found["offsets"], found["permuted"]) < 0.7
-
-
 def test_controls_that_are_left_out_are_named_with_why(tmp_path, capsys):
     (tmp_path / "data").mkdir()
     data = recorded(tmp_path / "data", lambda number, speed, noise: 0.02 * 2**number * noise)

@@ -149,6 +149,7 @@ def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
         ({"models": "fusion"}, "fusion, for which a_1 lacks"),
         ({"mask": "0.5/mm"}, "found lines in /mm for ridge-te, which would be told"),
         ({"steady": (0.1, 2.0)}, "whose ra2 is from 0.00 to 1.00 s, found 0.1:2"),
+        ({"train_speeds": 1}, "--train-speeds: expected the speed of every recording"),
         ({"speeds": "10"}, "--speeds: expected recordings whose speed is known, found 10"),
     ],
 )
@@ -156,12 +157,6 @@ def test_what_can_not_be_is_said_before_anything_is_trained(folder, tmp_path, op
     with pytest.raises(InputError, match=said):
         afferents.evaluate(Stretches(folder), tmp_path / "r", **TRIAL | options)
     assert not (tmp_path / "r").exists()
-
-
-def test_fewer_training_speeds_need_speeds(fails, folder, tmp_path):
-    asked = ("--out", tmp_path / "r", "--models", "ridge-te", "--split", "trial", "--workers", 1)
-    said = fails("evaluate", f"{__file__}:Stretches:{folder}", *asked, "--train-speeds", "1")
-    assert "--train-speeds: expected the speed of every recording" in said
 
 
 def test_a_texture_of_one_trial_alone_is_refused(folder, tmp_path):

@@ -10,7 +10,7 @@ from afferents import dims
 from afferents.channels import sa1
 from afferents.errors import InputError
 from afferents.markers.estimate import recognise_sensor
-from afferents.markers.rest_report import rest_sentences
+from afferents.markers.rest import rest_sentences
 from afferents.markers.sensor import load_sensor
 from afferents.markers.suspects import without_false_markers
 from afferents.markers.track import track_markers
@@ -150,10 +150,3 @@ def test_what_has_no_place_in_the_grid_is_left_out(roll_deg, barrel, jitter, see
     both = np.vstack([position, false])[order]
     found = without_false_markers(both, 19, 19)
     np.testing.assert_array_equal(found, both[order < 361])
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_blobs_at_random_are_no_grid(seed):
-    """They come back as they are, and the layout says that it does not fit."""
-    blobs = np.random.default_rng(seed).uniform(0, 480, (370, 2))
-    assert len(without_false_markers(blobs, 19, 19)) <= 370

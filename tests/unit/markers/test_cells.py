@@ -66,23 +66,6 @@ def test_a_brighter_cell_is_felt_there_alone(video, plain):
     assert "20 cells" in describe(tracks)[0]
 
 
-def test_darker_counts_as_brighter_does(video, plain):
-    found = track_markers(video(film(by=-10)), plain)
-    assert found.sa1.max() == 10
-
-
-def test_rest_is_the_median_of_the_first_frames(video, plain):
-    pictures = film()
-    pictures[1] = np.zeros_like(pictures[1])
-    assert track_markers(video(pictures), plain).sa1[2:20].max() == 0
-
-
-def test_pictures_in_which_the_skin_moves_are_no_rest(video, plain):
-    base = film()[0]
-    moving = [np.roll(base, i, axis=1) for i in range(30)]
-    assert track_markers(video([base] * 3 + moving), plain).sa1[:4].max() == 0
-
-
 def test_frames_of_an_earlier_run_are_left_out(video, plain):
     earlier = [np.full((80, 80), 20 * i, np.uint8) for i in (3, 2, 2, 2)]
     found = track_markers(video(earlier + film()), plain)
@@ -91,10 +74,29 @@ def test_frames_of_an_earlier_run_are_left_out(video, plain):
     assert np.isnan(found.sa1[:7]).all()
 
 
-def test_a_touch_in_the_first_frames_is_no_earlier_run(video, plain):
-    found = track_markers(video(film(touched=5)), plain)
+def flashed():
+    return [film()[0], np.zeros((80, 80), np.uint8), *film()[2:]]
+
+
+def moving():
+    base = film()[0]
+    return [base] * 3 + [np.roll(base, i, axis=1) for i in range(30)]
+
+
+@pytest.mark.parametrize(
+    ("pictures", "part", "most"),
+    [
+        (film(by=-10), slice(None), 10),  # darker counts as brighter does
+        (flashed(), slice(2, 20), 0),  # rest is the median of the first frames,
+        (moving(), slice(4), 0),  # of those in which the skin stands still
+        (film(touched=5), slice(None), 10),  # and a touch among them is no earlier run
+    ],
+    ids=["darker", "flash", "moving", "touched early"],
+)
+def test_rest_is_what_stands_still_at_first(video, plain, pictures, part, most):
+    found = track_markers(video(pictures), plain)
+    assert found.sa1[part].max() == most
     assert found.attrs["rest_frame"] == 0
-    assert found.sa1.max() == 10
 
 
 def test_a_turned_picture_has_rows_and_columns_as_it_stands_upright(video, write):

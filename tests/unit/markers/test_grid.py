@@ -64,29 +64,33 @@ def test_missing_markers_leave_their_places_empty(roll_deg, n_missing, seed):
     assert np.hypot(*(filled[place] - position).T).max() < 5
 
 
-def test_too_few_or_too_many_markers_are_counted():
+def moved(place):
+    """A lattice of 19 x 19, one of whose markers stands elsewhere."""
     position = lattice(19, 19)[0]
-    for some in (position[:280], np.concatenate([position, [[5.0, 5.0]]])):
-        expected = rf"3/50: expected 19 x 19 = 361 .*found {len(some)} markers"
-        with pytest.raises(InputError, match=expected):
-            assign_grid(some, 19, 19, "3/50")
+    position[5] = place
+    return position
 
 
-@pytest.mark.parametrize("moved_to", [(900.0, 240.0), (331.0, 251.0), (309.0, 240.0)])
-def test_a_false_marker_in_place_of_a_lost_one_is_refused(moved_to):
-    position = lattice(19, 19)[0]
-    position[5] = moved_to
-    with pytest.raises(InputError, match="19 x 19"):
-        assign_grid(position, 19, 19)
-
-
-def test_a_layout_of_another_shape_is_refused():
-    with pytest.raises(InputError, match="found 3 rows and 8 columns"):
-        assign_grid(lattice(3, 8)[0], 4, 6)
+def circle():
     angle = np.linspace(0, 2 * np.pi, 36, endpoint=False)
-    circle = 200 + 150 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    with pytest.raises(InputError, match="6 x 6"):
-        assign_grid(circle, 6, 6)
+    return 200 + 150 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("position", "shape", "found"),
+    [
+        (lattice(19, 19)[0][:280], (19, 19), r"3/50: expected 19 x 19 = 361 .*found 280 markers"),
+        (np.vstack([lattice(19, 19)[0], [5.0, 5.0]]), (19, 19), "= 361 .*found 362 markers"),
+        (moved((900.0, 240.0)), (19, 19), "19 x 19"),
+        (moved((331.0, 251.0)), (19, 19), "19 x 19"),
+        (moved((309.0, 240.0)), (19, 19), "19 x 19"),
+        (lattice(3, 8)[0], (4, 6), "found 3 rows and 8 columns"),
+        (circle(), (6, 6), "6 x 6"),
+    ],
+)
+def test_what_is_no_grid_of_that_shape_is_refused(position, shape, found):
+    with pytest.raises(InputError, match=found):
+        assign_grid(position, *shape, "3/50")
 
 
 def test_the_published_assignment_is_right_at_the_published_roll():

@@ -1,4 +1,4 @@
-"""Our own models through the whole of `evaluate`, and which samples are paired."""
+"""Our own models through the whole of `evaluate`: penalties, paired samples, what is refused."""
 
 import json
 
@@ -11,6 +11,7 @@ from afferents import Model
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
 from afferents.models.fusion import mean_within
+from afferents.models.solved import PENALTY, SEARCHED
 
 WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-vector"
 
@@ -65,6 +66,15 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
         ),
         ("sa-se,sa-wave", "video", ("--markers", 0.5, "--frames", 5), (
             "--markers: expected models of tactile images or of vibration, found sa-wave",
+        )),
+        ("sa-se", "video", ("--penalty", "searched"), (
+            "--penalty: expected models that it is for (ridge-te, order-te",
+        )),
+        ("ra-wave-vector", "video", ("--frames", 5, "--disturb", "sound=0.1"), (
+            "--disturb sound=0.1: expected models that it is for",
+        )),
+        ("ra-wave-vector", "video", ("--frames", 5, "--disturb-training", "sound=1"), (
+            "--disturb-training sound=1: expected models",
         )),
         ("fusion", "audio", (), (
             "some that these data support (vib-te, vib-te-aug, ridge-te, order-te",
@@ -136,3 +146,31 @@ def test_a_window_takes_the_mean_of_what_ends_within_it():
     np.testing.assert_allclose(found[:, 0], [1.5, 4.0, 0.0])
     elsewhere = samples("s", [0.5], 0.1)
     assert mean_within(lead, np.array([0]), elsewhere, np.array([0]), values[:1])[0, 0] == 0
+
+
+def facts_of(results, model):
+    return json.loads(
+        (results.root / "folds" / model / "nested" / "seed-0" / "40" / "fold.json").read_text()
+    )
+
+
+def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
+    options = {"frames": 5, "window_s": 0.25, "workers": 1, "quiet": True, "held_out": (40,)}
+    models = ["sa-wave", "fusion"]
+    usual = afferents.evaluate(stores["video"], tmp_path / "f", models, **options)
+    found = afferents.evaluate(
+        stores["video"], tmp_path / "s", models, penalty="searched", **options
+    )
+    assert facts_of(usual, "sa-wave")["penalty"] == PENALTY
+    assert facts_of(found, "sa-wave")["penalty"] in SEARCHED
+    assert {part["penalty"] for part in facts_of(found, "fusion")["parts"].values()} <= {*SEARCHED}
+    assert "penalty" not in usual.config
+    assert found.config["penalty"] == found.summary["penalty"] == "searched"
+    assert found.summary["options"]["penalty"] == "searched"
+    by_touch = [found.found.models[model]["nested"].by_touch for model in models]
+    assert [list(one) for one in by_touch] == [["0.11", "1", "4"]] * 2
+    told = [(float(touch), one) for its in by_touch for touch, one in its.items() if one]
+    assert told
+    for touch_s, one in told:
+        assert one.ci95[0] <= one.mean_accuracy <= one.ci95[1]
+        assert abs(one.seconds - touch_s) <= 0.25 * touch_s

@@ -1,13 +1,21 @@
-"""Models that are solved at once: known truth in, truth out."""
+"""Models that are solved at once: known truth in, truth out, and nothing of the held-out speed."""
 
 import numpy as np
 import pytest
 import torch
+import xarray as xr
 from sklearn.linear_model import Ridge as SklearnRidge
 
 from afferents import dims
+from afferents.encodings.samples import find_labels
+from afferents.encodings.settings import ENCODINGS
 from afferents.errors import InputError
+from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.models.base import FitData, Task, build_classifier
+from afferents.models.calibrate import cross_entropy
+from afferents.models.fit_solved import fit_solved, learn, pick_penalty, score
+from afferents.models.fitted import Fitting, Part
+from afferents.models.model import Model
 from afferents.models.orders import OrderSearch
 from afferents.models.solved import (
     _LEAST_SHARE,
@@ -17,6 +25,8 @@ from afferents.models.solved import (
     Ridge,
     Rows,
     equal_weights,
+    log_probabilities,
+    predict_left_out,
 )
 
 PER_OCTAVE = 24
@@ -56,7 +66,7 @@ def learnt(curves, speed_from, rng):
 
 
 @pytest.mark.parametrize("steps", [33.0, 33.25, 33.5])
-@pytest.mark.parametrize("speed_from", ["nobody", "robot"])
+@pytest.mark.parametrize("speed_from", ["none", "given"])
 def test_textures_are_named_at_a_speed_never_learnt(speed_from, steps):
     """Wherever it lies between those supposed, twelve to the octave: lines are a bin wide."""
     rng = np.random.default_rng(0)
@@ -64,11 +74,11 @@ def test_textures_are_named_at_a_speed_never_learnt(speed_from, steps):
     model = learnt(curves, speed_from, rng)
     speeds = tuple(SPEEDS[0] / 2.5 * 2 ** (n / 12) for n in (steps, steps + 12))
     values, labels, speed = spectra(curves, 20, speeds, rng)
-    logs = model(values, speed if speed_from == "robot" else None)
+    logs = model(values, speed if speed_from == "given" else None)
     np.testing.assert_allclose(logs.exp().sum(1), 1, rtol=1e-4)
     assert (logs.argmax(1) == labels).float().mean() > 0.95
     found = model.speed(values, labels)
-    if speed_from == "robot":
+    if speed_from == "given":
         assert found is None
     else:
         assert torch.log2(found.double() / speed).abs().median() < 1 / PER_OCTAVE
@@ -80,8 +90,8 @@ def test_one_pattern_at_other_scales_needs_the_speed():
     pattern[PER_OCTAVE : 2 * PER_OCTAVE] = 3 * rng.normal(size=PER_OCTAVE)  # far from any end
     curves = [np.roll(pattern, shift) for shift in (0, 3, 6, 9, 12)]
     values, labels, speed = spectra(curves, 20, (28.3, 56.6), rng)
-    told = learnt(curves, "robot", rng)(values, speed).argmax(1)
-    untold = learnt(curves, "nobody", rng)(values).argmax(1)
+    told = learnt(curves, "given", rng)(values, speed).argmax(1)
+    untold = learnt(curves, "none", rng)(values).argmax(1)
     assert (told == labels).float().mean() > 0.95
     assert (untold == labels).float().mean() < 0.6
 
@@ -99,7 +109,7 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
         return torch.from_numpy(both), labels, speed
 
     values, labels, speed = with_phases(SPEEDS)
-    model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "fingertip")
+    model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "measured")
     data = FitData(values, labels, equal_weights(labels, speed), speed)
     model.solve(data, rng, 30.0)
     values, labels, speed = with_phases((28.3,))
@@ -109,8 +119,8 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
 
 def test_who_measures_or_must_be_told_the_speed_says_so():
     with pytest.raises(InputError, match="several vibration channels"):
-        OrderSearch(3, 1, FREQUENCIES, PER_MM, "fingertip")
-    model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "robot")
+        OrderSearch(3, 1, FREQUENCIES, PER_MM, "measured")
+    model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "given")
     with pytest.raises(InputError, match="the sliding speed, found none; use order-te"):
         model(torch.zeros(2, 1, len(FREQUENCIES)))
 
@@ -201,3 +211,92 @@ def test_fewer_samples_than_features_are_solved_to_the_same_weights():
             torch.cat([weights, constants[None]]) for weights, constants in (ours, usual)
         )
         assert ((found - expected).abs() <= bound + 1e-4 * expected.abs()).all()
+
+
+def data(seed=0):
+    rng = np.random.default_rng(seed)
+    labels, groups = np.tile([0, 1, 2], 60), np.repeat([0, 1, 2], 60)
+    values = np.eye(4, dtype=np.float32)[labels] * 3 + rng.normal(size=(180, 4)).astype(np.float32)
+    return values, labels, groups
+
+
+ONE = np.eye(3, dtype=bool)
+
+
+def test_textures_are_named_by_the_features_that_tell_them():
+    values, labels, groups = data()
+    assert (predict_left_out(values, labels, groups, ONE) == labels).mean() > 0.9
+    assert (predict_left_out(values[:, 3:], labels, groups, ONE) == labels).mean() < 0.5
+
+
+def test_the_group_left_out_is_not_learnt_from():
+    values, labels, groups = data()
+    before = predict_left_out(values, labels, groups, ONE)
+    mislabelled = np.where(groups == 1, (labels + 1) % 3, labels)
+    after = predict_left_out(values, mislabelled, groups, ONE)
+    np.testing.assert_array_equal(after[groups == 1], before[groups == 1])
+    assert (after != before).any()
+
+
+def sampled(n_features, seed=0):
+    """Samples of three textures at four speeds, unequally many; an offset stands in each value."""
+    values, labels, groups = data(seed)
+    rng = np.random.default_rng(seed)
+    more = rng.normal(size=(180, n_features)).astype(np.float32)
+    more[:, : values.shape[1]] += values
+    kept = rng.random(180) < 0.8
+    coords = {
+        dims.TEXTURE: (dims.SAMPLE, np.array(["a", "b", "c"])[labels][kept]),
+        dims.SPEED: (dims.SAMPLE, np.array([10.0, 20.0, 30.0])[groups][kept]),
+    }
+    return xr.DataArray((more + 5)[kept], coords, (dims.SAMPLE, dims.FEATURE))
+
+
+@pytest.mark.parametrize("kind", [Discriminant, Ridge])
+@pytest.mark.parametrize("n_features", [12, 400])
+def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_features):
+    samples = sampled(n_features)
+    everything, labels = np.arange(len(samples)), find_labels(samples)
+    fold = Fold(10.0, 20.0, everything, everything[:0], everything[:0])
+    part, penalties = Part(samples, fold, None), (0.1, 1.0, 10.0)
+    found = pick_penalty(kind(3, (n_features,)), part, everything, 0, penalties)
+
+    def anew(penalty):
+        classifier, scores = kind(3, (n_features,)), np.empty((len(samples), 3), np.float32)
+        for group in (10.0, 20.0, 30.0):
+            its = samples[dims.SPEED].values == group
+            learn(classifier, samples, labels, everything[~its], 0, penalty)
+            scores[its] = score(classifier, samples, everything[its])
+        return scores
+
+    expected = log_probabilities(torch.from_numpy(anew(found[0])).double(), found[1]).numpy()
+    np.testing.assert_allclose(found[2], expected, atol=1e-3)
+    losses = {penalty: cross_entropy_of(anew(penalty), labels) for penalty in penalties}
+    assert losses[found[0]] == pytest.approx(min(losses.values()), abs=1e-3)  # as above
+
+
+@pytest.mark.parametrize("classifier", ["ridge", "discriminant"])
+def test_nothing_of_the_held_out_is_learnt_from(classifier):
+    """Neither weights nor the temperature know what is tested, whatever that is."""
+    data, nested = sampled(12), PROTOCOLS["nested"]
+    model = Model("mine", channel="sa1", encoding="markers", classifier=classifier)
+    parts = [np.flatnonzero(data[dims.SPEED].values == v) for v in (10, 20, 30)]
+    fold = Fold(30.0, 20.0, *parts)
+
+    def fitted(samples):
+        part = Part(samples, fold, ENCODINGS["markers"]())
+        return fit_solved(Fitting(model, [part], nested, (None,), 0, 0, lambda *_: None))
+
+    spoilt = data.copy()
+    spoilt[fold.test] = np.random.default_rng(1).normal(0, 99, spoilt[fold.test].shape)
+    before, after = fitted(data), fitted(spoilt)
+    assert (before.probabilities != after.probabilities).any()
+    for name, weights in before.classifier.state_dict().items():
+        torch.testing.assert_close(after.classifier.state_dict()[name], weights, rtol=0, atol=0)
+
+
+def cross_entropy_of(scores, labels):
+    """The least that any temperature gives."""
+    scores = torch.from_numpy(scores).double()
+    at = (log_probabilities(scores, t).numpy() for t in np.geomspace(1e-2, 1e2, 400))
+    return min(cross_entropy(logs, labels) for logs in at)

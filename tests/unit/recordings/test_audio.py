@@ -34,38 +34,44 @@ def test_reads_the_sensors_channel_alone(tmp_path):
     np.testing.assert_array_equal(audio.values[:, 0], right / np.float32(32768))
 
 
-def test_a_stream_that_does_not_say_its_length_is_refused(tmp_path):
-    path = write(tmp_path / "a.flac", "FLAC")
-    data = bytearray(path.read_bytes())
-    data[21] &= 0xF0  # of STREAMINFO, the 36 bits that count samples: 0 is unknown
-    data[22:26] = bytes(4)
-    path.write_bytes(data)
-    with pytest.raises(InputError, match="a sound file that says how long it is, found a stream"):
-        WavFile(path).header  # noqa: B018
-
-
 def test_mono_is_read_on_its_only_channel(tmp_path, write_audio):
     path = write_audio(tmp_path / "a.wav", channels=1)
     assert WavFile(path, channel=0).read().sizes == {"audio_time": 8820, "channel": 1}
-    with pytest.raises(InputError, match="expected the sensor on channel 2, found 1 channel"):
-        WavFile(path).read()
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"RIFF", b"RIFF\0\0\0\0WAVE", b"RIFF\0\0\0\0WAVEfmt ", b"no sound" * 200]
-)
-def test_unreadable(tmp_path, content):
+def endless(path):
+    """Write a stream that does not say its length: 36 bits count samples, and 0 is unknown."""
+    data = bytearray(write(path, "FLAC").read_bytes())
+    data[21] &= 0xF0
+    data[22:26] = bytes(4)
+    path.write_bytes(data)
+
+
+REFUSED = {
+    "nothing": (lambda p: p.write_bytes(b""), r"audio\.wav: expected a readable sound file"),
+    "a word": (lambda p: p.write_bytes(b"RIFF"), "expected a readable sound file"),
+    "no chunk": (lambda p: p.write_bytes(b"RIFF\0\0\0\0WAVE"), "expected a readable sound file"),
+    "no end": (lambda p: p.write_bytes(b"RIFF\0\0\0\0WAVEfmt "), "a readable sound file"),
+    "no sound": (lambda p: p.write_bytes(b"no sound" * 200), "expected a readable sound file"),
+    "no length": (endless, "a sound file that says how long it is, found a stream"),
+    "two": (
+        lambda p: p.write_bytes(2 * write(p).read_bytes()),
+        r"none that libsndfile reads \([^:]*RIFF[^:.]*\); .* 'ffmpeg -i audio\.wav OUT\.wav'$",
+    ),
+    "no samples": (lambda p: write(p, n=0), "with samples, found none"),
+    "no file": (lambda p: None, "no such file"),
+    "one channel": (
+        lambda p: soundfile.write(str(p), np.zeros(9), 8000),
+        "expected the sensor on channel 2, found 1 channel",
+    ),
+}
+
+
+@pytest.mark.parametrize(("harm", "sentence"), REFUSED.values(), ids=REFUSED)
+def test_what_is_no_sound_of_the_sensor_is_refused(tmp_path, harm, sentence):
     path = tmp_path / "audio.wav"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=r"audio\.wav: expected a readable sound file"):
-        WavFile(path).read()
-
-
-def test_two_sounds_in_one_file_are_refused_by_its_name_alone(tmp_path):
-    path = write(tmp_path / "a.wav")
-    path.write_bytes(2 * path.read_bytes())
-    found = r"found none that libsndfile reads \([^:]*RIFF[^:.]*\); .* 'ffmpeg -i a\.wav OUT\.wav'$"
-    with pytest.raises(InputError, match=found):
+    harm(path)
+    with pytest.raises(InputError, match=sentence):
         WavFile(path).read()
 
 
@@ -75,13 +81,6 @@ def test_a_name_need_not_be_text(tmp_path):
     soundfile.write(os.fsencode(path), np.full((100, 1), 0.5), 8000)
     assert WavFile(path, channel=0).read().shape == (100, 1)
     assert read_table(path, Signal()).values.tolist() == [[0.5]] * 100
-
-
-def test_empty_and_missing(tmp_path, write_audio):
-    with pytest.raises(InputError, match="with samples, found none"):
-        WavFile(write_audio(tmp_path / "empty.wav", duration_s=0)).read()
-    with pytest.raises(InputError, match="no such file"):
-        WavFile(tmp_path / "absent.wav").read()
 
 
 @pytest.mark.parametrize("subtype", PLAIN)

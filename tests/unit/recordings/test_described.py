@@ -209,43 +209,43 @@ def test_a_wrong_description_is_refused(tmp_path, change, sentence):
     assert "dataset.toml: expected" in str(caught.value)
 
 
-def test_a_pattern_that_matches_nothing_names_what_is_there(tmp_path):
-    csv(tmp_path, "silk-20.csv")
-    expected = r"files that match \{texture\}_\{speed\}\.csv, found none of them \(silk-20\.csv"
-    with pytest.raises(InputError, match=expected):
-        described(tmp_path, FILES + TIMED).scan()
-
-
-def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
-    for name in ("a/silk_20.csv", "b/silk_20.csv"):
-        csv(tmp_path, name)
-    text = FILES.replace("[signal]", 'folders = ["*"]\n[signal]') + TIMED
-    with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"):
-        described(tmp_path, text).scan()
-    with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk;"):
-        described(tmp_path, text.replace("{speed}", "{*}")).scan()
-
-
-def test_a_name_that_is_read_in_two_ways_is_refused_and_a_hidden_file_is_none(tmp_path):
+def test_a_hidden_file_is_none(tmp_path):
     csv(tmp_path, "grit_120_20.csv")
     csv(tmp_path, "._grit_120_20.csv")
     (one,) = described(tmp_path, FILES + TIMED).scan().recordings
     assert (one.texture, one.speed_mm_s) == ("grit_120", 20)
-    csv(tmp_path, "grit_120_20_1.csv")
-    text = FILES.replace("{speed}", "{speed}_{trial}") + TIMED
-    with pytest.raises(InputError, match=r"dataset\.toml: .* texture may be 'grit' or 'grit_120'"):
-        described(tmp_path, text).scan()
 
 
-def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
-    path = csv(tmp_path, "silk_0.csv")
-    with pytest.raises(InputError, match="faster than 0 mm/s"):
-        described(tmp_path, FILES + TIMED).scan()
-    path.rename(tmp_path / "silk_fast.csv")
-    regex = "regex = '(?P<texture>[a-z]+)_(?P<speed>[a-z]+)\\.csv'"
-    text = FILES.replace('pattern = "{texture}_{speed}.SUFFIX"', regex) + TIMED
-    with pytest.raises(InputError, match="a speed in its name, found 'fast'"):
-        described(tmp_path, text).scan()
+PATTERN = '{texture}_{speed}.SUFFIX"\n'
+FOLDERS = f'{PATTERN}folders = ["*"]\n'
+OF_WORDS = "regex = '(?P<texture>[a-z]+)_(?P<speed>[a-z]+)\\.csv'\n"
+
+
+@pytest.mark.parametrize(
+    ("names", "rule", "sentence"),
+    [
+        (
+            "silk-20",
+            PATTERN,
+            r"match \{texture\}_\{speed\}\.csv, found none of them \(silk-20\.csv",
+        ),
+        ("a/silk_20 b/silk_20", FOLDERS, r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"),
+        ("a/silk_20 b/silk_20", FOLDERS.replace("speed", "*"), r"and silk_20\.csv, both silk;"),
+        (
+            "grit_120_20 grit_120_20_1",
+            PATTERN.replace("d}", "d}_{trial}"),
+            r"dataset\.toml: .* texture may be 'grit' or 'grit_120'",
+        ),
+        ("silk_0", PATTERN, "faster than 0 mm/s"),
+        ("silk_fast", OF_WORDS, "a speed in its name, found 'fast'"),
+    ],
+)
+def test_names_that_say_nothing_or_two_things_are_refused(tmp_path, names, rule, sentence):
+    for name in names.split():
+        csv(tmp_path, f"{name}.csv")
+    rule = rule if rule == OF_WORDS else f'pattern = "{rule}'
+    with pytest.raises(InputError, match=sentence):
+        described(tmp_path, f"[files]\n{rule}[signal]\n{TIMED}").scan()
 
 
 ROWS = [f"{0.01 * n:.2f},{left:g},{right:g}" for n, (left, right) in enumerate(VALUES)]
@@ -293,10 +293,11 @@ def test_only_the_columns_that_are_named_are_read(tmp_path, suffix):
         read(tmp_path, FILES + 'time = "t"\n', suffix)
 
 
-def test_a_row_of_too_many_fields_is_named_though_texts_come_before(tmp_path):
+@pytest.mark.parametrize(("row", "n"), [("3.0,1,2,base_link,4\n", 5), ("\n3.0,1,2,base_link\n", 1)])
+def test_a_row_of_other_fields_is_named_though_texts_come_before(tmp_path, row, n):
     path = csv(tmp_path, frame=FRAME.assign(frame_id="base_link"))
-    path.write_text(path.read_text() + "3.0,1,2,base_link,4\n")
-    with pytest.raises(InputError, match="line 302: expected 4 fields, found 5"):
+    path.write_text(path.read_text() + row)
+    with pytest.raises(InputError, match=f"line 302: expected 4 fields, found {n}"):
         read(tmp_path, FILES + TIMED)
 
 
@@ -332,11 +333,14 @@ def changed(**columns):
         (FRAME, 'columns = ["t", "left"]\n', "line 1: expected the columns t, left"),
         (FRAME, 'time = "t"\nchannels = ["left", "l*"]\n', "each channel once, found 'left' twice"),
         (changed(t=(10, 0.05)), TIMED, "line 12: expected times that go on, found 90 ms, then 50"),
+        (changed(t=(10, 0.05)), TIMED + "jitter_ms = 80\n", "expected times that go on"),
+        (changed(t=(10, 0.102)), TIMED + "jitter_ms = 1\n", "(within 1), found 12 ms"),
         (changed(t=(10, 0.118)), TIMED, "line 12: expected a timestamp 10 ms after"),
         (FRAME.drop(index=50), TIMED, "line 52: expected a timestamp 10 ms after the one before"),
         (FRAME, TIMED + "sample_rate_hz = 50\n", "sample rate of the data set, 50 Hz, found 100"),
         (FRAME, 'channels = ["left"]\n', "a sample rate, found none; say sample_rate_hz or"),
         (changed(left=(3, "wet")), TIMED, "line 5: expected numbers, found 'wet'"),
+        (changed(left=(3, "1_0")), TIMED, "line 5: expected numbers, found '1_0'"),
         (changed(left=(3, np.nan)), TIMED, "line 5: expected numbers, found ''"),
         (changed(left=(3, "inf")), TIMED, "line 5: expected numbers, found 'inf'"),
         (FRAME[:0], TIMED, "rows of data below the header, found none"),
@@ -352,17 +356,12 @@ def test_what_is_wrong_in_a_file_is_named(tmp_path, frame, signal, sentence):
     assert str(path) in str(caught.value)
 
 
-def test_a_row_that_repeats_the_one_before_may_count_once(tmp_path):
+def test_jitter_and_rows_written_twice_are_allowed_where_it_is_said(tmp_path):
+    csv(tmp_path, frame=changed(t=(10, 0.102)))
+    assert len(read(tmp_path, FILES + TIMED + "jitter_ms = 2\n")) == 300
     csv(tmp_path, frame=pd.concat([FRAME[:9], FRAME[8:]]))
     found = read(tmp_path, FILES + TIMED + 'duplicates = "once"\n')
     np.testing.assert_array_equal(found.values, VALUES)
-
-
-def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
-    csv(tmp_path, frame=changed(t=(10, 0.102)))
-    assert len(read(tmp_path, FILES + TIMED + "jitter_ms = 2\n")) == 300
-    with pytest.raises(InputError, match=r"line 12: .* 10 ms .*\(within 1\), found 12 ms"):
-        read(tmp_path, FILES + TIMED + "jitter_ms = 1\n")
 
 
 def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path):

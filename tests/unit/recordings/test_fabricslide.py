@@ -54,31 +54,6 @@ def test_taxels_are_vibration_channels(tmp_path):
     assert again.n_samples == len(again.read()) == 36  # a row written twice counts once
 
 
-@pytest.mark.parametrize(
-    ("line", "row", "found"),
-    [
-        (3, _row(1028, 20) + ",5", "expected 19 fields, found 20"),
-        (4, "", "expected 19 fields, found 1"),
-        (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected numbers, found '1_0'"),
-        (4, _row(1085, 30), "found 57 ms"),
-        (4, _row(1028, 30), "found 0 ms"),
-    ],
-)
-def test_a_bad_row_is_named(tmp_path, line, row, found):
-    rows = ROWS.copy()
-    rows[line - 2] = row
-    path = _write(tmp_path / "a.csv", rows)
-    with pytest.raises(InputError) as caught:
-        taxel_file(path).read()
-    assert f"{path}, line {line}: " in str(caught.value)
-    assert found in str(caught.value)
-
-
-def test_less_than_a_second_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"at least 36 rows of data .* 1 s, found 35"):
-        taxel_file(_write(tmp_path / "few.csv", ROWS[:35])).read()
-
-
 def test_names_say_the_condition(tmp_path):
     for name in ("Linen_F250_V-10mmps_3", "Denim_F120_V150mmps_0"):
         _write(tmp_path / "data/fabric" / f"{name}.csv", ROWS)
@@ -101,13 +76,6 @@ def test_found_wherever_it_lies_and_broken_files_do_not_stop_the_others(tmp_path
     assert whole.audio.read().sizes["audio_time"] == 36
     with pytest.raises(InputError):
         broken.audio.read()
-
-
-def test_no_fabricslide(tmp_path):
-    with pytest.raises(InputError, match="no such folder"):
-        read_fabricslide(tmp_path / "absent")
-    with pytest.raises(InputError, match="none of them"):
-        read_fabricslide(tmp_path)
 
 
 @needs_real

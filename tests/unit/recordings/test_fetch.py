@@ -12,10 +12,10 @@ import pytest
 
 import afferents
 from afferents.errors import InputError
+from afferents.recordings import fetch as fetching
+from afferents.recordings import listing
 from afferents.recordings.described import PACKAGED
-from afferents.recordings.fetch import fetch as fetching
-from afferents.recordings.fetch import listing
-from afferents.recordings.fetch.listing import format_manifest, read_manifest
+from afferents.recordings.listing import format_manifest, read_manifest
 
 from ...limits import files_no_larger_than
 from .served_files import here
@@ -30,7 +30,8 @@ FILES = {
     "0.5/10/a name.wav": RNG.bytes(10_000),
 }
 VIDEO = "0/10/video.mp4"
-PIECE = 1 << 16
+ON_GITHUB = ("ntp", "biotac-slide", "vibrotexturerecog")
+ON_HUB = ("cluster-haptic-accel", "cluster-haptic-audio")
 
 
 @pytest.fixture(autouse=True)
@@ -182,40 +183,36 @@ def test_a_disk_that_is_too_small(go, tmp_path, monkeypatch):
     assert here(tmp_path) == {}
 
 
-def test_an_archive_is_no_list(site, go, tmp_path):
+OUTSIDE = r"line 1 of .*expected paths of files within the data set"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        *((f"{name} - 1\n", OUTSIDE) for name in ("../out", "/etc/passwd", "a/.ssh/x", "a\\b")),
+        ("# nothing\nvideo.mp4\n", r"line 2 of .*: expected PATH SHA-256 BYTES.*'video.mp4'"),
+        ("# nothing\n", "a list of files, found none in it"),
+    ],
+)
+def test_a_list_that_leads_elsewhere_or_is_none_is_refused(go, tmp_path, text, sentence):
+    (tmp_path / "list").write_text(text)
+    with pytest.raises(InputError, match=sentence):
+        go(tmp_path / "d", manifest=tmp_path / "list", url="http://x")
+
+
+@pytest.mark.parametrize(
+    ("address", "sentence"),
+    [
+        ("/all.zip", r"a folder that lists the .* files, found none in it"),
+        ("/empty/", r"a folder that lists the .* files, found none in it; .*--manifest"),
+        ("/nowhere", "expected an answer, found 404 Not Found"),
+        ("http://127.0.0.1:9/", "expected an answer, found no connection"),
+    ],
+)
+def test_an_address_without_a_list_is_refused(site, go, tmp_path, address, sentence):
     site.files = {"/all.zip": RNG.bytes(1_000_000)}
-    with pytest.raises(InputError, match=r"a folder that lists the .* files, found none in it"):
-        go(tmp_path, url=f"{site.url}/all.zip")
-
-
-@pytest.mark.parametrize("name", ["../out", "/etc/passwd", "a/.ssh/x", "a\\b"])
-def test_names_that_lead_elsewhere_are_refused(site, go, tmp_path, name):
-    (tmp_path / "list").write_text(f"{name} - 1\n")
-    with pytest.raises(
-        InputError, match=r"line 1 of .*expected paths of files within the data set"
-    ):
-        go(tmp_path / "d", manifest=tmp_path / "list", url=site.url)
-
-
-def test_what_is_no_list_is_refused(tmp_path):
-    (tmp_path / "list").write_text("# nothing\nvideo.mp4\n")
-    with pytest.raises(InputError, match=r"line 2 of .*: expected PATH SHA-256 BYTES.*'video.mp4'"):
-        read_manifest(tmp_path / "list", "http://x")
-    (tmp_path / "list").write_text("# nothing\n")
-    with pytest.raises(InputError, match="a list of files, found none in it"):
-        read_manifest(tmp_path / "list", "http://x")
-
-
-def test_a_server_that_has_nothing(site, go, tmp_path):
-    site.files = {}
-    with pytest.raises(
-        InputError, match=r"a folder that lists the .* files, found none in it; .*--manifest"
-    ):
-        go(tmp_path)
-    with pytest.raises(InputError, match="expected an answer, found 404 Not Found"):
-        go(tmp_path, url=f"{site.url}/nowhere")
-    with pytest.raises(InputError, match="expected an answer, found no connection"):
-        go(tmp_path, url="http://127.0.0.1:9/")
+    with pytest.raises(InputError, match=sentence):
+        go(tmp_path, url=address if address.startswith("http") else site.url + address)
 
 
 @pytest.fixture
@@ -249,22 +246,27 @@ def test_a_folder_of_the_hub(site, hub, tmp_path, capsys):
         afferents.fetch("cluster-haptic-accel", tmp_path / "again", quiet=True)
 
 
+NO_LIST = "the hub's list of files, found another answer; see"
+WITHIN = "expected paths of files within the data set"
+
+
 @pytest.mark.usefixtures("hub")
-@pytest.mark.parametrize("path", ["/etc/x", "a\\b"])
-def test_names_of_a_server_that_lead_elsewhere_are_refused(site, tmp_path, path):
-    site.next, listed = {}, [{"type": "file", "path": path, "size": 1}]
-    site.pages = dict.fromkeys(site.pages, json.dumps(listed))
-    with pytest.raises(InputError, match="expected paths of files within the data set"):
+@pytest.mark.parametrize(
+    ("answer", "sentence"),
+    [
+        *(
+            (answer, NO_LIST)
+            for answer in ("<html>", '{"error": "gone"}', '[{"type": "file"}]', "[7]")
+        ),
+        ('[{"type": "file", "path": "/etc/x", "size": 1}]', WITHIN),
+        (r'[{"type": "file", "path": "a\\b", "size": 1}]', WITHIN),
+    ],
+)
+def test_what_is_no_list_of_the_hub_is_refused(site, tmp_path, answer, sentence):
+    site.next, site.pages = {}, dict.fromkeys(site.pages, answer)
+    with pytest.raises(InputError, match=sentence):
         afferents.fetch("cluster-haptic-accel", tmp_path / "d", quiet=True)
     assert not (tmp_path / "d").exists()
-
-
-@pytest.mark.usefixtures("hub")
-@pytest.mark.parametrize("answer", ["<html>", '{"error": "gone"}', '[{"type": "file"}]', "[7]"])
-def test_what_is_no_list_of_the_hub_is_refused(site, tmp_path, answer):
-    site.pages = dict.fromkeys(site.pages, answer)
-    with pytest.raises(InputError, match="the hub's list of files, found another answer; see"):
-        afferents.fetch("cluster-haptic-accel", tmp_path, quiet=True)
 
 
 TREE = "/repos/LIMB-UCF/NTP/git/trees/HEAD"
@@ -307,27 +309,20 @@ def test_what_is_no_list_of_github_is_refused(site, tmp_path, answer, expected):
         afferents.fetch("ntp", tmp_path, quiet=True)
 
 
-def test_sets_on_github_are_described():
-    sets = fetching.public_sets()
-    for name in (name for name in sets if "api.github.com" in sets[name].url):
-        assert re.fullmatch(
-            r"https://api\.github\.com/repos/[^/]+/[^/]+/git/trees/HEAD", sets[name].url
-        )
-        assert name in PACKAGED
-        assert name in sets[name].next_step
-        assert sets[name].only
-
-
-def test_where_the_hub_is_asked():
+@pytest.mark.parametrize(
+    ("name", "address"),
+    [
+        *((n, r"api\.github\.com/repos/[^/]+/[^/]+/git/trees/HEAD") for n in ON_GITHUB),
+        *((n, rf"[^/]+/api/datasets/[^/]+/[^/]+/tree/main/sensor_data/{n[15:]}") for n in ON_HUB),
+    ],
+)
+def test_sets_that_are_listed_by_a_program_are_described(name, address):
     """The list's form is what tells it from a landing page."""
-    for name in ("cluster-haptic-accel", "cluster-haptic-audio"):
-        public = fetching.public_sets()[name]
-        assert re.fullmatch(
-            r"https://[^/]+/api/datasets/[^/]+/[^/]+/tree/main/sensor_data/\w+", public.url
-        )
-        assert public.url.endswith(name.rpartition("-")[2])
-        assert name in PACKAGED
-        assert name in public.next_step
+    public = fetching.public_sets()[name]
+    assert re.fullmatch(f"https://{address}", public.url)
+    assert name in PACKAGED
+    assert name in public.next_step
+    assert public.only or name in ON_HUB
 
 
 def test_the_list_of_fabricslide_is_whole():

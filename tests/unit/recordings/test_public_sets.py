@@ -153,6 +153,7 @@ def test_printed_textures_under_nine_taxels_are_learnt_from(tmp_path):
     assert "18 recordings of 3 textures (001, 013, 035) at 3 speeds (20, 40, 100 mm/s)" in said
     assert "resampled to 300 Hz" in said
     assert "out of order and dropped, at most 9." in said
+    assert "longest gap that is bridged lasts 30 ms (Data[Texture" in said
     one = data_set_of(folder).scan().recordings[0]
     assert (one.texture, one.speed_mm_s) == ("001", 20)
     assert one.conditions == {"force": 0.0, "trial": 1}

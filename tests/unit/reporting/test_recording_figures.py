@@ -1,11 +1,13 @@
-"""Pictures for `inspect`: positions, means and amplitudes as given."""
+"""Pictures of recordings: positions, means, amplitudes and lost markers as given, in one style."""
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
 
+from afferents.reporting.overlay import draw_overlay
 from afferents.reporting.recording_figures import markers_figure, responses_figure, vibration_figure
-from afferents.reporting.style import save_figure
+from afferents.reporting.style import new_figure, png_bytes, save_figure, styled
 
 
 def test_markers_are_drawn_where_they_are_and_lost_ones_apart():
@@ -61,3 +63,36 @@ def test_vibration_spectrum_has_the_amplitude_of_the_tone_at_its_frequency(n_cha
     labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
     assert "10" in labels
     assert not any("$" in label for label in labels)  # a formula, which the style does not set
+
+
+def is_red(picture):
+    blue, green, red = np.moveaxis(picture.astype(int), -1, 0)
+    return (red > 150) & (green < 90) & (blue < 90)
+
+
+def test_a_lost_marker_is_red_where_it_was_last_seen():
+    """Two markers slide right for 30 frames; the second is lost from frame 20 on."""
+    last = np.array([[30.0, 40.0], [30.0, 90.0]])[None] + np.arange(30)[:, None, None] * (1.0, 0.0)
+    detected = np.ones((30, 2), bool)
+    detected[20:, 1] = False
+    last[20:, 1] = last[19, 1]
+    image = np.full((120, 160), 60, np.uint8)
+    before, after = (draw_overlay(image, last, detected, i) for i in (19, 25))
+    assert not is_red(before).any()
+    red = np.argwhere(is_red(after))
+    x, y = 2 * last[19, 1] + 0.5
+    assert np.abs(red.mean(axis=0) - (y, x)).max() < 8
+
+
+def test_figures_begin_from_defaults_whatever_a_user_has_set():
+    @styled
+    def drawn():
+        figure = new_figure(3, 2, "a title", "a source")
+        figure.subplots().plot([0, 1], label="$_a")
+        return figure
+
+    usual = png_bytes(drawn())
+    own = {"text.usetex": True, "savefig.bbox": "tight", "lines.linestyle": ":", "font.size": 30}
+    with mpl.rc_context(own):
+        assert png_bytes(drawn()) == usual
+        assert mpl.rcParams["font.size"] == 30

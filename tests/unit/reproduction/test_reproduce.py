@@ -1,6 +1,8 @@
-"""The whole way in one go, on a session of its own and on a given one."""
+"""The whole way in one go, its packaged options, and the store that it leaves."""
 
 import json
+import shutil
+from inspect import signature
 
 import pytest
 
@@ -8,12 +10,12 @@ import afferents
 from afferents.evaluation.options import EvaluationOptions
 from afferents.recordings.data_sets import read_session
 from afferents.reproduction import reproduce as reproducing
+from afferents.reproduction.reproduce import EXTRACTING, list_changes, read_preset
 from afferents.reproduction.run_folder import RunFolder
 from afferents.rig.simulation import make_simulation
+from afferents.store.zarr_store import holds_all
 
 from ...conftest import few_epochs
-
-pytestmark = pytest.mark.system
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = ("ra-ste", "vib-te-aug")
@@ -44,6 +46,7 @@ def page(results):
     return results.root / "report.html"
 
 
+@pytest.mark.system
 def test_it_ends_with_table_1_under_both_protocols(results, page):
     summary = results.summary
     assert set(summary["models"]) == {*SOME, "sa-wave-vector"}
@@ -59,6 +62,7 @@ def test_it_ends_with_table_1_under_both_protocols(results, page):
     assert lead.startswith("SA-I vector waves, which we recommend, recognises ")
 
 
+@pytest.mark.system
 def test_a_second_run_keeps_what_is_finished(results, monkeypatch):
     """It is given the session, so that none is simulated."""
     monkeypatch.setattr(reproducing, "make_simulation", None)
@@ -84,6 +88,7 @@ def as_published(tmp_path_factory, make_session, add_reference_video):
     return root
 
 
+@pytest.mark.system
 def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tmp_path, run):
     out = tmp_path / "out"
     with few_epochs():
@@ -118,12 +123,14 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
     assert facts["like"] == "published"
 
 
+@pytest.mark.system
 def test_arcs_are_counted_before_the_way_of_the_drum_is_known(as_published, tmp_path):
     run, options = RunFolder(tmp_path), EvaluationOptions(split="angle-3", models="sa-se")
     said = reproducing._count_jobs(read_session(as_published), run, options)
     assert "at most 3 trainings" in said
 
 
+@pytest.mark.system
 def test_what_makes_no_sense_is_refused_before_anything_is_begun(
     as_published, results, tmp_path, fails
 ):
@@ -140,3 +147,35 @@ def test_what_makes_no_sense_is_refused_before_anything_is_begun(
     begun = results.root.parent
     asked = ("--session", begun / "session", "--cut", "published", "--quiet")
     assert "another (" in fails("reproduce", begun, *asked)
+
+
+def test_the_packaged_files_hold_options_of_extract_and_evaluate():
+    for like in ("published", "recommended"):
+        assert set(read_preset(like)) <= EXTRACTING | set(EvaluationOptions.model_fields)
+
+
+def test_what_we_recommend_is_what_commands_do_unless_told():
+    recommended, usual = read_preset("recommended"), signature(afferents.extract).parameters
+    extracting = {name: v for name, v in recommended.items() if name in EXTRACTING}
+    assert extracting == {name: usual[name].default for name in extracting}
+    evaluating = {name: v for name, v in recommended.items() if name not in EXTRACTING}
+    assert EvaluationOptions(**evaluating) == EvaluationOptions()
+
+
+def test_what_is_given_otherwise_is_named():
+    given = {"cut": "all", "preset": "paper", "models": ["all"], "fps_hz": 90.0, "workers": 3}
+    assert list_changes("published", given) == ["cut = all (published: published)"]
+    assert list_changes("recommended", {**given, "held_out": "50"}) == [
+        "preset = paper (recommended: fast)",
+        "models = all (recommended: best,all)",
+        "fps_hz = 90",
+        "held_out = 50",
+    ]
+
+
+def test_a_demo_that_was_stopped_leaves_no_store_to_learn_from(stores, tmp_path):
+    store = shutil.copytree(stores["audio"], tmp_path / "s.zarr")
+    assert holds_all(store)
+    shutil.rmtree(store / "2/30")
+    assert not holds_all(store)
+    assert not holds_all(tmp_path / "none.zarr")

@@ -48,10 +48,6 @@ def test_packaged_files_are_as_their_script_writes_them(name):
     assert packaged.read_text() == written
 
 
-def test_tip_b_is_the_rig_as_it_is():
-    assert make_rig(load_sensor("tip_b")) == Rig()
-
-
 def test_dark_discs_of_a_measured_size_are_drawn_as_such():
     disc = DiscDetector(blob_colour=0, radius_px=5.0)
     sensor = load_sensor("hex127").model_copy(update={"detector": disc})

@@ -11,22 +11,22 @@ from afferents.evaluation.options import TrainingOptions
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
-from ....conftest import few_epochs
+from ....conftest import MAKES_STORES, few_epochs
 from ....kept import kept
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = Progress(quiet=True)
+MAKES_MODELS = ("afferents.evaluation.train", "afferents.models.export")
 LIVE = ["afferents.cli", "afferents.lab.live.web.server", "afferents.lab.live.replay"]
 """What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
 
 
 def trained(store, name, folder):
-    from afferents.evaluation.train import Training, train_model  # what needs no model needs none
+    from afferents.evaluation.train import train_model  # what needs no model needs none
     from afferents.models.export import export
 
     (data,) = open_data([str(store)])
-    training = Training(data, MODELS[name], data.encodings, TrainingOptions(preset="quick"))
-    train_model(training, folder / name, QUIET)
+    train_model(data, MODELS[name], folder / name, TrainingOptions(preset="quick"), QUIET)
     export(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 
@@ -47,7 +47,7 @@ def models(stores):
             for name, kind in sources.items():
                 trained(stores[kind], name, folder)
 
-    with kept("models", train_all) as folder:
+    with kept("models", train_all, (*MAKES_STORES, *MAKES_MODELS)) as folder:
         yield {name: folder / f"{name}.onnx" for name in sources}
 
 

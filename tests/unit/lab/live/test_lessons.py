@@ -316,7 +316,7 @@ def drums():
             surface = bumped_surface(float(drum), rig.drum)
             record(rig, root / drum / str(speed), drum, surface, speed, 3.5, 5)
 
-    with kept("drums", simulate) as root:
+    with kept("drums", simulate, ("afferents.rig.record",)) as root:
         yield root
 
 

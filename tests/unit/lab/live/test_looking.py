@@ -305,27 +305,26 @@ def test_a_replay_is_heard_on_the_channel_that_its_session_names(tmp_path, decla
     np.testing.assert_array_equal(pieces, samples[:, [heard]])
 
 
-def test_a_replay_takes_the_video_and_the_rate_that_its_session_declares(tmp_path, make_video):
-    folder = tmp_path / "S" / "3" / "50"
-    folder.mkdir(parents=True)
-    make_video(folder / "video.mkv", np.zeros(12))
-    said = "fps_hz = 45.0\nfps_overrules = true\n"
-    (tmp_path / "S" / "session.toml").write_text(said)
+@pytest.mark.parametrize(
+    ("name", "declared", "rate_hz"),
+    [
+        ("3/50/video.mkv", "fps_hz = 45.0\nfps_overrules = true\n", 45),
+        ("clip.mkv", '[[recordings]]\nvideo = "clip.mkv"\ntexture = "silk"\nfps_hz = 120.0\n', 120),
+    ],
+)
+def test_a_replay_has_the_rate_that_its_session_declares(
+    tmp_path, make_video, name, declared, rate_hz
+):
+    clip = tmp_path / "S" / name
+    clip.parent.mkdir(parents=True)
+    make_video(clip, np.zeros(12))
+    (tmp_path / "S" / "session.toml").write_text(declared)
+    replayed = clip.parent if clip.name == "video.mkv" else clip
     wanted = Wanted(frozenset({"video"}))
-    (source,) = open_sources(f"replay:{folder}", None, wanted, speed=math.inf)
+    (source,) = open_sources(f"replay:{replayed}", None, wanted, speed=math.inf)
     times_s = [event.time_s for event in source.events()]
-    np.testing.assert_allclose(np.diff(times_s), 1 / 45, atol=1e-6)
-    assert (len(times_s), source.rate_hz) == (12, 45)
-
-
-def test_a_replay_takes_the_rate_that_the_list_names_for_it(tmp_path, make_video):
-    (tmp_path / "S").mkdir()
-    make_video(tmp_path / "S" / "clip.mkv", np.zeros(12))
-    listed = '[[recordings]]\nvideo = "clip.mkv"\ntexture = "silk"\nfps_hz = 120.0\n'
-    (tmp_path / "S" / "session.toml").write_text(listed)
-    wanted = Wanted(frozenset({"video"}))
-    (source,) = open_sources(f"replay:{tmp_path}/S/clip.mkv", None, wanted, speed=math.inf)
-    assert source.rate_hz == 120
+    np.testing.assert_allclose(np.diff(times_s), 1 / rate_hz, atol=1e-6)
+    assert (len(times_s), source.rate_hz) == (12, rate_hz)
 
 
 def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_video, tmp_path):

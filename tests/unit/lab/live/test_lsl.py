@@ -12,8 +12,14 @@ import pytest
 from afferents.lab.live import Network, Prediction
 from afferents.lab.live.fingertip import stream
 from afferents.lab.live.outlets import publish
-from afferents.lab.live.places import prepare_places
-from afferents.lab.live.signals import UNITS, give_signals
+from afferents.lab.live.signals import UNITS, give_signals, prepare_places
+
+
+def inlet_of(source):
+    (info,) = pylsl.resolve_byprop("source_id", source, timeout=60)
+    inlet = pylsl.StreamInlet(info)
+    inlet.open_stream(timeout=60)
+    return inlet
 
 
 def test_another_program_gets_probabilities_and_percepts(models):
@@ -53,9 +59,7 @@ def test_what_was_taught_since_has_an_outlet_of_its_own():
     assert next(stream) is before
     assert not pylsl.resolve_byprop("source_id", "afferents-lessons", timeout=0.2)
     next(stream)
-    (info,) = pylsl.resolve_byprop("source_id", "afferents-lessons", timeout=60)
-    inlet = pylsl.StreamInlet(info)
-    inlet.open_stream(timeout=60)
+    inlet = inlet_of("afferents-lessons")
     assert next(stream) is after
     numbers, _ = inlet.pull_sample(timeout=60)
     assert [round(n, 4) for n in numbers] == [0.2, 0.8]
@@ -65,20 +69,11 @@ def test_who_looks_without_a_model_gives_percepts_and_no_probabilities():
     looked = Prediction("camera", "looking", 1.0, markers_found=1.0)
     stream = publish(iter([looked, looked]), {"camera": ()})
     next(stream)
-    (info,) = pylsl.resolve_byprop("source_id", "afferents-camera-json", timeout=60)
-    inlet = pylsl.StreamInlet(info)
-    inlet.open_stream(timeout=60)
+    inlet = inlet_of("afferents-camera-json")
     assert next(stream) is looked
     words, _ = inlet.pull_sample(timeout=60)
     assert json.loads(words[0])["markers_found"] == 1
     assert not pylsl.resolve_byprop("source_id", "afferents-camera", timeout=0.2)
-
-
-def inlet_of(source):
-    (info,) = pylsl.resolve_byprop("source_id", source, timeout=60)
-    inlet = pylsl.StreamInlet(info)
-    inlet.open_stream(timeout=60)
-    return inlet
 
 
 class Hears:
