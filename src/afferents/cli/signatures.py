@@ -109,8 +109,8 @@ def _value(node: ast.expr | None, tree: ast.Module) -> Any:
     """Return a default of a module's function; None for what is empty or computed."""
     if node is None:
         return REQUIRED
-    if isinstance(node, ast.Name):
-        return _constant(node.id, tree)
+    if isinstance(node, ast.Name | ast.Attribute):
+        return _find_constant(ast.unparse(node), tree)
     try:
         found = ast.literal_eval(node)
     except ValueError:
@@ -118,11 +118,15 @@ def _value(node: ast.expr | None, tree: ast.Module) -> Any:
     return None if found == () else found
 
 
-def _constant(name: str, tree: ast.Module) -> Any:
-    """Return the value of a name in a module, which it may import from another."""
+def _find_constant(name: str, tree: ast.Module) -> Any:
+    """Return the value of a name in a module, which it may import from another, or that module."""
+    within, _, last = name.rpartition(".")
     for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and name in [one.name for one in node.names]:
-            return _constant(name, ast.parse(_source(str(node.module))))
+        if isinstance(node, ast.ImportFrom) and (within or name) in [n.name for n in node.names]:
+            if within and node.module != "afferents":  # a field of what is imported
+                return None
+            module = f"afferents.{within}" if within else str(node.module)
+            return _find_constant(last, ast.parse(_source(module)))
         targets = node.targets if isinstance(node, ast.Assign) else []
         targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
         if isinstance(node, ast.Assign | ast.AnnAssign) and name in map(ast.unparse, targets):
@@ -136,7 +140,7 @@ def _kind(annotation: ast.expr | None, default: ast.expr | None) -> Any:
     kinds = [part.removeprefix("Sequence[").rstrip("]") for part in parts if part != "None"]
     usual = type(default.value) if isinstance(default, ast.Constant) else str
     usual = usual if usual in (int, float) else str
-    return _KINDS.get(kinds[0], usual) if len(kinds) == 1 else usual
+    return _KINDS.get(kinds[0].removeprefix("choices."), usual) if len(kinds) == 1 else usual
 
 
 def _plain(text: str, keep_paragraphs: bool = False) -> str:

@@ -8,6 +8,7 @@ from importlib.metadata import version
 import pytest
 
 import afferents
+from afferents.choices import PRESET_ASKED, Cut, Preset
 from afferents.cli import show
 from afferents.cli.command import Output
 from afferents.cli.program import COMMANDS
@@ -56,6 +57,8 @@ def test_fields_are_those_of_the_model(model):
     assert set(read) == set(model.model_fields)
     for name, field in model.model_fields.items():
         assert read[name].help == " ".join(field.description.partition("\n\n")[0].split())
+    assert (read["preset"].kind, read["preset"].default) == (Preset, PRESET_ASKED)
+    assert read["cut"].kind is Cut
 
 
 def test_checks_that_may_be_accepted_are_listed(does):
