@@ -194,9 +194,10 @@ def tables_by_task(entries: Iterable[Entry]) -> Iterator[pd.DataFrame]:
         for name, its in by_task.items():
             for entry in its:
                 shares.setdefault(entry.model, {})[name] = 100 * entry.whole
-        order = sorted(shares, key=lambda model: -max(shares[model].values()))
-        cells = {model: (shares[model].get(name) for name in tasks) for model in order}
-        rows = [(m, *(None if x is None else f"{x:.0f}" for x in its)) for m, its in cells.items()]
+        rows = [
+            (model, *(f"{of[name]:.0f}" if name in of else None for name in tasks))
+            for model, of in sorted(shares.items(), key=lambda one: -max(one[1].values()))
+        ]
         caption = "Percent of whole recordings recognised."
         yield make_table("All tasks", caption, ("model", *tasks), rows)
     for name, its in sorted(by_task.items()):

@@ -236,13 +236,16 @@ def seal(task: Path, data: Path | None = None) -> Asked:
     """
     read = Task.read(task, task.stem)
     found = read.asked_of(*read.opened(read.source(data)))
-    # Checksums stand before the first table, in place of earlier ones.
-    text = re.sub(
-        r"^(folds|fingerprint)\s*=.*\n", "", task.read_text(encoding="utf-8"), flags=re.MULTILINE
-    )
+    text = seal_text(task.read_text(encoding="utf-8"), found.folds, found.fingerprint)
+    write_text(task, text)
+    return found
+
+
+def seal_text(text: str, folds: str, fingerprint: str) -> str:
+    """Return a task's file with the checksums before its first table, in place of earlier ones."""
+    text = re.sub(r"^(folds|fingerprint)\s*=.*\n", "", text, flags=re.MULTILINE)
     first = re.search(r"^\n*\[", text, flags=re.MULTILINE)
     at = first.start() if first else len(text)
-    seals = {"folds": found.folds, "fingerprint": found.fingerprint}
+    seals = {"folds": folds, "fingerprint": fingerprint}
     lines = [f'{key} = "{value}"\n' for key, value in seals.items() if value]
-    write_text(task, f"{text[:at].rstrip()}\n{''.join(lines)}\n{text[at:].lstrip()}")
-    return found
+    return f"{text[:at].rstrip()}\n{''.join(lines)}\n{text[at:].lstrip()}"
