@@ -380,11 +380,8 @@ def picture_images(shown: data.FigureData, source: str, figures: Figures) -> Ite
             dims.SA1: (8, f"How far each {part} is from rest, {unit}"),
             dims.RA1: (10, f"Change of SA-I of each {part}, {unit}"),
         }[channel]
-        name, title = (
-            f"figure{number:02}",
-            f"Figure {number}. {style.NAMES[channel]} tactile images",
-        )
-        frames = "frames in a row"
+        name, frames = f"figure{number:02}", "frames in a row"
+        title = f"Figure {number}. {style.NAMES[channel]} tactile images"
         if printed:
             frames, suffix, why = {
                 20: ("frames 20 apart", "20-apart",
