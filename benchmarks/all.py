@@ -73,7 +73,7 @@ def run(name: str) -> tuple[str, bool]:
 
 def machine() -> str:
     """Return the page's head: where and with what it was measured."""
-    found = dict(diagnose()[0])
+    found = {name: one for its in diagnose()[0].values() for name, one in its.items()}
     said = [f"{what}: {found[what]}" for what in ("processor", "memory", "torch build")]
     with_what = f"afferents {__version__}, Python {platform.python_version()}"
     return f"# Benchmarks, short\n\n{with_what}; {'; '.join(said)}."

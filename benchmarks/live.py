@@ -52,7 +52,7 @@ from afferents.models.card import CARD, WEIGHTS, Card
 from afferents.models.classifiers import build
 from afferents.models.deployed import Deployed
 from afferents.models.export import export
-from afferents.models.folder import save_weights
+from afferents.models.folder import dump_weights
 from afferents.models.model import MODELS, TABLE1
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import open_video
@@ -129,7 +129,7 @@ def untrained(name: str, folder: Path) -> Path:
     trained = folder / name
     trained.mkdir()
     (trained / CARD).write_text(card.model_dump_json())
-    save_weights(Deployed(network, 13, 1.0), trained / WEIGHTS)
+    (trained / WEIGHTS).write_bytes(dump_weights(Deployed(network, 13, 1.0)))
     export(trained, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 

@@ -18,7 +18,7 @@ import xarray as xr
 from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, with_seal
 from afferents.files import write_text
 from afferents.recordings.described import PACKAGED, Described
-from afferents.recordings.fetch.fetch import public_sets
+from afferents.recordings.fetch import public_sets
 from afferents.store.recording import LETTERS, name_folder
 from afferents.store.responses import Responses, labels_of
 

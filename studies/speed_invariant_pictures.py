@@ -13,7 +13,7 @@ import numpy as np
 
 from afferents.channels import CHANNELS
 from afferents.encodings.settings import Encodings
-from afferents.encodings.lines import Lines
+from afferents.encodings.windows import Lines
 from afferents.evaluation.data import Source, encode_all
 from afferents.progress import Progress
 from afferents.store.zarr_store import open_responses

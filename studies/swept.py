@@ -33,7 +33,7 @@ from afferents.recordings.tactile_bench import LOGS
 from afferents.rig import STEADY_S, Rig, bumped_surface, project
 from afferents.rig.run import Simulated, simulate_run
 from afferents.rig.simulation import Simulation
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.motion import add_motion
 from afferents.store.recording import LETTERS, name_folder
 

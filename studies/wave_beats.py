@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import afferents
 from afferents.channels import CHANNELS
-from afferents.encodings.frames import component_images
+from afferents.encodings.images import component_images
 from afferents.rig.camera import RigCamera
 from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum

@@ -10,8 +10,8 @@ all markers.
 # %%
 # The clip
 # --------
-# Any video file will do that begins with the skin at rest. Put the path of yours in place
-# of this one, which was simulated.
+# Any video that begins with the skin at rest will do. Put the path of yours in place of this
+# one, which was simulated.
 
 import afferents
 

@@ -2,10 +2,10 @@
 Hold a speed out
 ================
 
-How well does a model know a texture? That depends on what it is asked. If it is tested on other
-moments of the recordings that it learnt from, it can learn the recording instead of the texture.
-Here it is tested at a sliding speed that it has not learnt from. This is the paper's question,
-and the default of ``afferents.evaluate``.
+How well does a model recognise a texture? That depends on the test. If it is tested on other
+moments of the recordings that it was trained on, it can learn the recording instead of the texture.
+Here it is tested at a sliding speed that it was not trained on. This is the paper's question, and
+the default of ``afferents.evaluate``.
 """
 
 # %%
@@ -47,9 +47,8 @@ print(f"images drawn at random: {at_random.mean():.0%} right")
 print(f"a speed held out:       {by_speed.mean():.0%} right")
 
 # %%
-# Neighbouring frames of a video are nearly the same picture. If one of them is learnt from,
-# the other is no test. The second number is the one that tells how the fingertip will do at
-# a new speed.
+# Neighbouring frames of a video are nearly the same picture. If a model is trained on one, the
+# other is no test. The second number shows how well the fingertip will do at a new speed.
 #
 # The whole evaluation
 # --------------------

@@ -37,8 +37,8 @@ results = afferents.evaluate(
 print(results.accuracy)
 
 # %%
-# Your model stands beside one of ours. Both were held to the same rules: the same speeds
-# were left out, and what scales the samples was computed from training data alone.
+# Your model is compared with one of ours under the same rules: the same speeds were left out,
+# and what scales the samples was computed from training data alone.
 
 plot.confusion(results, model="neighbours")
 pyplot.show()

@@ -17,8 +17,8 @@ if not Path("small.zarr").exists():
     afferents.extract("small", "small.zarr", quiet=True)
 
 # %%
-# A model to ask
-# --------------
+# A model to explain
+# ------------------
 # It decides by the waves in SA-I images: which patterns are pressed into the skin, and how
 # strongly.
 

@@ -28,7 +28,7 @@ touch = afferents.export("replayed", "touch.onnx", force=True)
 # %%
 # Play a recording
 # ----------------
-# The drum has bumps 3 mm apart and turns at 40 mm/s: the speed at which nothing was learnt.
+# The drum has bumps 3 mm apart and turns at 40 mm/s, a speed that the model was not trained on.
 # The pace is infinite here, which means as fast as possible; ``Pace(1)`` plays at true
 # speed. For your sensor, take ``afferents.lab.live.Camera("0")`` instead.
 
@@ -57,8 +57,8 @@ ax.legend(title="bumps apart (0: smooth)")
 pyplot.show()
 
 # %%
-# The drum is brought on during the first 1.5 s. Until then there is no steady sliding, and
-# nothing that the model has learnt from.
+# The drum is brought on during the first 1.5 s. Until then there is no steady sliding, on which
+# alone the model was trained.
 #
 # The same from a shell, as bars in the terminal or as a page in the browser::
 #

@@ -41,7 +41,7 @@ pyplot.show()
 # %%
 # SA units fire the more, the farther the drum drags the skin. RA units fire little when it
 # touches, and much once it turns, since then most changes. PC units fire with the vibration. Here
-# is one of them beside the sound:
+# is one of them, with the sound:
 
 unit = spikes.units.index.get_loc("PC-5")
 train = 0.5 + spikes.train(0, unit)
@@ -60,6 +60,6 @@ rates = spikes.units.assign(rate=spikes.rates()[0]).groupby("class", sort=False)
 print(rates.describe()[["mean", "min", "max"]].round(1))
 
 # %%
-# With a session of several textures and speeds, ``afferents neural`` asks what physiologists
-# ask of nerve fibres: at which resolution texture can be read, and whether trains of spikes
-# stretch with the speed. The page on spikes tells what comes out.
+# With a session of several textures and speeds, ``afferents neural`` answers what physiologists
+# ask about nerve fibres: at which resolution texture can be read, and whether trains of spikes
+# stretch with the speed. :doc:`/neuroscience` shows what comes out.

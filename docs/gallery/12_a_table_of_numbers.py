@@ -3,8 +3,8 @@ Another sensor: a table of numbers
 ==================================
 
 No camera is needed for models of vibration. Any sensor that slides will do: an accelerometer, a
-force cell, an electronic skin. Its recordings are tables, a row a moment. This example makes up
-such recordings, describes them in a few lines, and learns from them.
+force cell, an electronic skin. Its recordings are tables with one row for each moment. This example
+makes up such recordings, describes them in a few lines, and learns from them.
 """
 
 # %%
@@ -41,7 +41,7 @@ for cloth, (thread_mm, strengths) in cloths.items():
 # %%
 # What they are
 # -------------
-# Their names tell texture and speed. ``simulated`` makes every report say that nothing was
+# File names give texture and speed. ``simulated`` makes every report say that nothing was
 # measured; leave it out for recordings of your own. ``afferents init FOLDER`` drafts such a file.
 
 (folder / "dataset.toml").write_text("""
@@ -58,8 +58,8 @@ steady_s = "all"
 """)
 
 # %%
-# Learn, at three speeds; test, at the fourth
-# -------------------------------------------
+# Train at three speeds, test at the fourth
+# -----------------------------------------
 # On a logarithmic axis of frequency another speed shifts a spectrum, and keeps its shape.
 # ``order-te`` searches for the shift, ``order-te-speed-known`` is told the speed, and ``ridge-te``
 # takes spectra as they are.
@@ -81,7 +81,7 @@ plot.accuracy_by_speed(results)
 pyplot.show()
 
 # %%
-# Spectra as they are say little at a speed that was not learnt from. Searching for the speed
-# helps, and knowing it helps most: wherever a robot knows how fast it slides, it should say so.
+# Plain spectra are of little use at a new speed. Searching for the speed helps, and knowing it
+# helps most: if a robot knows how fast it slides, give that to the model.
 #
-# :doc:`/your-data` lists everything that can be said of files and signals, and what is refused.
+# :doc:`/your-data` lists everything that describes files and signals.

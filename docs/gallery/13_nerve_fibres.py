@@ -116,8 +116,9 @@ pyplot.show()
 # %%
 # As a table
 # ----------
-# The same as a table of a row a spike; ``afferents neural STORE --out OUT --natural fibres.csv``
-# then compares fibres and artificial units. :doc:`/neuroscience` says what is read from both.
+# The same as a table with a row for each spike;
+# ``afferents neural STORE --out OUT --natural fibres.csv`` then compares fibres and artificial
+# units. :doc:`/neuroscience` says what is read from both.
 
 natural.to_table().to_csv("fibres.csv", index=False)
 print(pd.read_csv("fibres.csv").head(3).to_string(index=False))

@@ -2,7 +2,7 @@
 Controls on public data
 =======================
 
-What does an accuracy rest on? Here the question is put to public data with a number in its paper:
+What is behind an accuracy? Here the question is put to public data with a number in its paper:
 FabricSlide, a finger of 16 capacitive taxels that a robot slid over seven fabrics (Wang et al.
 2022, `Frontiers in Neurorobotics <https://doi.org/10.3389/fnbot.2022.808222>`__). With a nearest
 neighbour classifier on features of the taxels' frequencies "the classification accuracy can reach
@@ -45,8 +45,8 @@ speed = about["speed"].astype(float).to_numpy()
 # %%
 # One model, four questions
 # -------------------------
-# The same classifier, asked of windows that are mixed at random, of slides that were not learnt
-# from, of a pressure and of a speed that were not.
+# The same classifier is tested on windows mixed at random, and on slides, a pressure and a speed
+# that it was not trained on.
 
 model = make_pipeline(LogSpectra(), KNeighborsClassifier(5))
 mixed = StratifiedKFold(5, shuffle=True, random_state=0)
@@ -65,8 +65,8 @@ for held_out, folds, groups in (
 # a speed      65.5%
 
 # %%
-# What it rests on
-# ----------------
+# What is behind it
+# -----------------
 # Each control takes something from the windows and trains the same model again.
 
 print(controls(model, X, fabric, groups=speed, recordings=slide))
@@ -85,8 +85,7 @@ print(controls(model, X, fabric, groups=speed, recordings=slide))
 # %%
 # What to make of it
 # ------------------
-# With these windows the classifier needs no frequencies: how loud each taxel is names more fabrics
-# than its spectrum does. That is no mistake, since rough fabrics are louder. It says what the
-# number can't show, and what to hold out next: a pressure costs 18 points against slides that
-# were not learnt from, and a new mounting, or another day, is not in these data. Nor does it say
-# anything of the authors' own features, which are others.
+# With these windows the classifier needs no frequencies: the loudness of the taxels identifies more
+# fabrics than their spectra do. That is no mistake, since rough fabrics are louder. It shows what
+# to hold out next: a new pressure costs 18 points more than new slides, and a new mounting, or
+# another day, is not in these data. It says nothing about the authors' features, which are others.

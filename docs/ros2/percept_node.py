@@ -1,4 +1,4 @@
-"""A ROS 2 node that publishes what `afferents live --json` feels.
+"""A ROS 2 node that publishes what `afferents live --json` recognises.
 
     afferents live --model touch.onnx --video camera:0 --json | python percept_node.py
     python percept_node.py --connect robot.local:5005     # lines that another computer serves
@@ -9,7 +9,7 @@ Topics, under the name of the model (`touch` for touch.onnx's name `touch`):
     <model>/texture         std_msgs/String              the likeliest texture; empty if not known
     <model>/probabilities   std_msgs/Float32MultiArray   of each texture; the label names them
     <model>/novelty         std_msgs/Float32             above 1, nothing that was learnt fits
-    <model>/percept         std_msgs/String              the whole percept, JSON
+    <model>/percept         std_msgs/String              the whole prediction, JSON
 
 `--print` writes the messages instead of publishing them, and needs no ROS.
 """

@@ -1,4 +1,4 @@
-"""A ROS 2 node that publishes what a fingertip feels, frame by frame.
+"""A ROS 2 node that publishes what a fingertip senses, frame by frame.
 
     python touch_node.py camera:0 --sensor mine.toml
     python touch_node.py SESSION/3/50                # a recording, as fast as it was recorded
@@ -35,7 +35,7 @@ COUNTED = ("dropped", "late", "torn", "troubles")
 
 
 def cloud_of(touch: afferents.Touch, header: Header) -> PointCloud2:
-    """Return a point a marker."""
+    """Return a cloud with a point for each marker."""
     columns = (touch.position, touch.now.displacement, touch.sa1, touch.ra1)
     values = np.column_stack(columns).astype("<f4")
     size = values.itemsize
@@ -65,7 +65,7 @@ def health_of(touch: afferents.Touch, header: Header, before: Any, sensor: str) 
 
 
 def publish(fingertip: Any) -> None:
-    """Publish what a fingertip feels until its source ends, or ROS is shut down."""
+    """Publish what a fingertip senses until its source ends, or ROS is shut down."""
 
     def set_rest(_: Any, answer: Any) -> Any:
         fingertip.set_rest()
@@ -101,7 +101,7 @@ def publish(fingertip: Any) -> None:
 
 
 def main() -> None:
-    """Open a fingertip, and publish what it feels."""
+    """Open a fingertip, and publish what it senses."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("video", help="camera:0, a video file, a recording's folder, or rig")
     parser.add_argument("--sensor", help="sensor file or name; a camera needs one")

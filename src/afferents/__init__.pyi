@@ -25,7 +25,7 @@ from .encodings.augment import (
 from .encodings.base import (
     VibrationEncoding as VibrationEncoding,
 )
-from .encodings.frames import (
+from .encodings.images import (
     ImageEncoding as ImageEncoding,
 )
 from .encodings.images import (
@@ -154,7 +154,7 @@ from .neuro.natural import (
 from .neuro.neural import (
     neural as neural,
 )
-from .neuro.nwb.export import (
+from .neuro.nwb import (
     export_nwb as export_nwb,
 )
 from .recordings.audio import (
@@ -169,7 +169,7 @@ from .recordings.data_sets import (
 from .recordings.data_sets import (
     read_session as read_session,
 )
-from .recordings.fetch.fetch import (
+from .recordings.fetch import (
     fetch as fetch,
 )
 from .recordings.session import (

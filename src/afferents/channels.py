@@ -354,7 +354,10 @@ class Shear(MotionChannel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return the global shear, (..., 6), px."""
-        found = compute_shear(fit_plane(now.displacement, now.rest))
+        plane = fit_plane(now.displacement, now.rest)
+        (du_dx, dv_dx), (du_dy, dv_dy) = np.moveaxis(plane.gradient, 0, 2)
+        strain = [du_dx + dv_dy, dv_dx - du_dy, du_dx - dv_dy, du_dy + dv_dx]
+        found = np.column_stack([plane.shift, plane.radius_px / 2 * np.stack(strain, axis=1)])
         return found.reshape(*now.position.shape[:-2], len(PARTS))
 
 
@@ -385,13 +388,6 @@ def fit_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Plane:
     solved = np.full(right.shape, np.nan)
     solved[fit] = np.linalg.solve(normal[fit], right[fit])
     return Plane(solved[:, 0], solved[:, 1:] / radius_px, radius_px, basis @ solved)
-
-
-def compute_shear(plane: Plane) -> Floats:
-    """Return the six parts of a fitted plane, (frame, 6), px; see `Shear`."""
-    (du_dx, dv_dx), (du_dy, dv_dy) = np.moveaxis(plane.gradient, 0, 2)
-    strain = [du_dx + dv_dy, dv_dx - du_dy, du_dx - dv_dy, du_dy + dv_dx]
-    return np.column_stack([plane.shift, plane.radius_px / 2 * np.stack(strain, axis=1)])
 
 
 class Sa1Local(MotionChannel):

@@ -69,7 +69,7 @@ def require_workers(workers: int | None) -> None:
     require_number("--workers", 1 if workers is None else workers, 1)
 
 
-def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
+def parse_conditions(pairs: Iterable[str], option: str) -> dict[str, str]:
     """Return conditions of recordings, each given as ``NAME=VALUE``.
 
     Raises
@@ -93,7 +93,7 @@ def words_in(given: str | Iterable[str]) -> list[str]:
     return given.replace(",", " ").split() if isinstance(given, str) else list(given)
 
 
-def numbers_in(given: str | Iterable[float], option: str) -> list[float]:
+def parse_numbers(given: str | Iterable[float], option: str) -> list[float]:
     """Return numbers, which may be given in a text, separated by commas.
 
     Raises

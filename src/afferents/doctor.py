@@ -24,26 +24,31 @@ NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 
 
-def diagnose() -> tuple[list[tuple[str, str]], list[str]]:
-    """Return (what, finding) rows, and sentences about what is missing."""
+def diagnose() -> tuple[dict[str, dict[str, str]], list[str]]:
+    """Return what was found, by the title of a table and by name, and what is missing in words."""
     missing: list[str] = []
-    packages = _packages(missing)
+    packages, extras = _find_packages(missing), _find_extras()
     for name in NATIVE:
-        _imported(name, missing)
-    rows = [
-        ("afferents", __version__),
-        ("Python", sys.version.split()[0]),
-        ("system", platform.platform()),
-        ("processor", f"{processor()}, {cpu_count()} cores usable"),
-        ("memory", _memory()),
-        *_computing(missing),
-        ("free disk here", f"{shutil.disk_usage('.').free / 1e9:.0f} GB"),
-        *_codecs(missing),
-    ]
-    return rows + packages + _extras(), missing
+        _import(name, missing)
+    try:
+        memory = f"{os.sysconf('SC_PHYS_PAGES') * os.sysconf('SC_PAGE_SIZE') / 1e9:.0f} GB"
+    except (AttributeError, ValueError, OSError):  # not POSIX
+        memory = "unknown"
+    machine = {
+        "afferents": __version__,
+        "Python": sys.version.split()[0],
+        "system": platform.platform(),
+        "processor": f"{processor()}, {cpu_count()} cores usable",
+        "memory": memory,
+        **_ask_torch(missing),
+        "free disk here": f"{shutil.disk_usage('.').free / 1e9:.0f} GB",
+    }
+    codecs = _find_codecs(missing)
+    found = {"This machine": machine, "Video": codecs, "Packages": packages, "Extras": extras}
+    return found, missing
 
 
-def _imported(name: str, missing: list[str]) -> ModuleType | None:
+def _import(name: str, missing: list[str]) -> ModuleType | None:
     """Return a module, or None where it can't be imported, and enter why."""
     try:
         return import_module(name)
@@ -52,60 +57,58 @@ def _imported(name: str, missing: list[str]) -> ModuleType | None:
         return None
 
 
-def _computing(missing: list[str]) -> list[tuple[str, str]]:
+def _ask_torch(missing: list[str]) -> dict[str, str]:
     """Return what torch finds; nothing where there is none, which the extra `train` brings."""
-    torch = _imported("torch", missing) if _installed("torch") else None
+    torch = _import("torch", missing) if _find_version("torch") else None
     if torch is None:
-        return []
+        return {}
     cuda = torch.cuda.is_available()
-    rows = [
-        ("accelerator", torch.cuda.get_device_name() if cuda else "none that torch can use"),
-        ("torch build", torch.__version__ + (" (CUDA)" if torch.version.cuda else " (CPU only)")),
-    ]
-    hardware = _imported("afferents.models.hardware", missing)
-    if hardware is not None:
+    found = {
+        "accelerator": torch.cuda.get_device_name() if cuda else "none that torch can use",
+        "torch build": torch.__version__ + (" (CUDA)" if torch.version.cuda else " (CPU only)"),
+    }
+    if hardware := _import("afferents.models.hardware", missing):
         there = hardware.has_bfloat16(torch.device("cuda" if cuda else "cpu"))
-        rows.append(("bfloat16", "in hardware" if there else "not in hardware, float32 is used"))
-    return rows
+        found["bfloat16"] = "in hardware" if there else "not in hardware, float32 is used"
+    return found
 
 
-def _packages(missing: list[str]) -> list[tuple[str, str]]:
-    rows = []
-    for line in requires("afferents") or []:
-        requirement = Requirement(line)
+def _find_packages(missing: list[str]) -> dict[str, str]:
+    """Return the versions of the packages that every command needs."""
+    found = {}
+    for requirement in map(Requirement, requires("afferents") or []):
         if requirement.marker and not requirement.marker.evaluate({"extra": ""}):
             continue
-        found = _installed(requirement.name) or "missing"
-        if found == "missing" or not requirement.specifier.contains(found, prereleases=True):
+        there = found[requirement.name] = _find_version(requirement.name) or "missing"
+        if there == "missing" or not requirement.specifier.contains(there, prereleases=True):
             do = f"pip install '{requirement}'"
-            missing.append(f"{requirement} is needed, {found} found; {do}")
-        rows.append((requirement.name, found))
-    return rows
+            missing.append(f"{requirement} is needed, {there} found; {do}")
+    return found
 
 
-def _extras() -> list[tuple[str, str]]:
+def _find_extras() -> dict[str, str]:
     """Return which optional extras are there; none of them is missed."""
-    extras = sorted(set(metadata("afferents").get_all("Provides-Extra") or []) - {*FOR_DEVELOPERS})
-    return [(f"extra {extra}", _extra(extra)) for extra in extras]
+    found, every = {}, [Requirement(line) for line in requires("afferents") or []]
+    named = set(metadata("afferents").get_all("Provides-Extra") or []) - {*FOR_DEVELOPERS}
+    for extra in sorted(named):
+        absent = [
+            one.name
+            for one in every
+            if one.marker
+            and one.marker.evaluate({"extra": extra})
+            and not one.marker.evaluate({"extra": ""})
+            and _find_version(one.name) is None
+        ]
+        there = "there"
+        if absent:
+            there = f"not there ({', '.join(absent)}); {how_to_install(extra)}"
+        elif extra == "lab" and find_library("portaudio") is None:
+            there = "there, but for microphones (no PortAudio library)"
+        found[f"extra {extra}"] = there
+    return found
 
 
-def _extra(extra: str) -> str:
-    needed = [
-        requirement.name
-        for requirement in map(Requirement, requires("afferents") or [])
-        if requirement.marker
-        and requirement.marker.evaluate({"extra": extra})
-        and not requirement.marker.evaluate({"extra": ""})
-    ]
-    absent = [name for name in needed if _installed(name) is None]
-    if absent:
-        return f"not there ({', '.join(absent)}); {how_to_install(extra)}"
-    if extra == "lab" and find_library("portaudio") is None:
-        return "there, but for microphones (no PortAudio library)"
-    return "there"
-
-
-def _installed(package: str) -> str | None:
+def _find_version(package: str) -> str | None:
     """Return a package's version; None where it is not installed."""
     try:
         return version(package)
@@ -113,22 +116,18 @@ def _installed(package: str) -> str | None:
         return None
 
 
-def _codecs(missing: list[str]) -> list[tuple[str, str]]:
+def _find_codecs(missing: list[str]) -> dict[str, str]:
     """Return which codecs PyAV was built with; nothing where there is no PyAV."""
-    av = _imported("av", missing)
-    if av is None:
-        return []
-    return [("codec " + name, _codec(av, name, mode, missing)) for name, mode in CODECS.items()]
-
-
-def _codec(av: ModuleType, name: str, mode: Literal["r", "w"], missing: list[str]) -> str:
-    try:
-        av.Codec(name, mode)
-    except av.codec.codec.UnknownCodecError:
-        doing = "decoding" if mode == "r" else "encoding"
-        missing.append(f"PyAV was built without {name}, needed for {doing}; reinstall 'av'")
-        return "missing"
-    return "there"
+    found, av = {}, _import("av", missing)
+    for name, mode in CODECS.items() if av is not None else ():
+        try:
+            av.Codec(name, mode)
+            found[f"codec {name}"] = "there"
+        except av.codec.codec.UnknownCodecError:
+            doing = "decoding" if mode == "r" else "encoding"
+            missing.append(f"PyAV was built without {name}, needed for {doing}; reinstall 'av'")
+            found[f"codec {name}"] = "missing"
+    return found
 
 
 def processor() -> str:
@@ -138,11 +137,3 @@ def processor() -> str:
             return next(x.split(":")[1].strip() for x in lines if x.startswith("model name"))
     except (OSError, StopIteration):
         return platform.processor() or platform.machine()
-
-
-def _memory() -> str:
-    try:
-        pages, size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not POSIX
-        return "unknown"
-    return f"{pages * size / 1e9:.0f} GB"

@@ -36,7 +36,7 @@ def read_json(path: Path, what: str, do: str = "") -> dict[str, Any]:
     InputError
         If the file is missing, damaged, too large, or holds something other than an object.
     """
-    content = _parsed("JSON", _content("JSON", path, what, do), path, what, do)
+    content = _parse("JSON", _read("JSON", path, what, do), path, what, do)
     if not isinstance(content, dict):
         raise InputError(f"{path}: expected {what}, found JSON that is no object{then(do)}")
     return content
@@ -44,13 +44,13 @@ def read_json(path: Path, what: str, do: str = "") -> dict[str, Any]:
 
 def read_toml(path: Path, what: str, do: str = "") -> dict[str, Any]:
     """Read a TOML file; see `read_json`."""
-    content: dict[str, Any] = _parsed("TOML", _content("TOML", path, what, do), path, what, do)
+    content: dict[str, Any] = _parse("TOML", _read("TOML", path, what, do), path, what, do)
     return content
 
 
 def parse_json(text: object, where: object, what: str, do: str = "") -> Any:
     """Read JSON of any kind from its text, which stands at `where`; see `read_json`."""
-    return _parsed("JSON", text, where, what, do)
+    return _parse("JSON", text, where, what, do)
 
 
 def as_form(
@@ -71,7 +71,7 @@ def as_form(
     try:
         return form.model_validate_json(text, strict=True)
     except ValidationError as error:
-        raise _first_fault(error, content, form, where, what, do) from error
+        raise _describe_fault(error, content, form, where, what, do) from error
 
 
 def read_checked(path: Path, form: type[BaseModel], what: str, do: str = "") -> dict[str, Any]:
@@ -81,7 +81,7 @@ def read_checked(path: Path, form: type[BaseModel], what: str, do: str = "") -> 
     return content
 
 
-def _content(kind: str, path: Path, what: str, do: str) -> bytes:
+def _read(kind: str, path: Path, what: str, do: str) -> bytes:
     """Return what is in a file of bounded size; nothing waits for what is no file."""
     try:
         if not path.is_file():
@@ -99,7 +99,7 @@ def _content(kind: str, path: Path, what: str, do: str) -> bytes:
     return content
 
 
-def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
+def _parse(kind: str, text: object, where: object, what: str, do: str) -> Any:
     """Return what a text says."""
     try:
         return _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
@@ -110,7 +110,7 @@ def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
     raise InputError(f"{where}: expected {what}, found {found}{then(do)}")
 
 
-def _number(text: str, may_be_infinite: bool) -> float:
+def _parse_number(text: str, may_be_infinite: bool) -> float:
     """Return a number that is one; a sensor file in TOML may say ``inf`` of a radius."""
     number = float(text)
     if math.isnan(number) or (math.isinf(number) and not may_be_infinite):
@@ -118,18 +118,18 @@ def _number(text: str, may_be_infinite: bool) -> float:
     return number
 
 
-def _toml(text: str) -> dict[str, Any]:
+def _parse_toml(text: str) -> dict[str, Any]:
     """Return what TOML says; a key of very many parts counts as too deep, as lists do."""
     keys = (re.split("[=\"'#]", line, maxsplit=1)[0] for line in text.splitlines())
     if any(key.count(".") > _MOST_PARTS for key in keys):
         raise RecursionError
-    return tomllib.loads(text, parse_float=partial(_number, may_be_infinite=True))
+    return tomllib.loads(text, parse_float=partial(_parse_number, may_be_infinite=True))
 
 
-_finite = partial(_number, may_be_infinite=False)
+_finite = partial(_parse_number, may_be_infinite=False)
 _PARSERS: dict[str, Callable[[Any], Any]] = {
     "JSON": partial(json.loads, parse_float=_finite, parse_constant=_finite),
-    "TOML": _toml,
+    "TOML": _parse_toml,
 }
 
 
@@ -138,7 +138,7 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _first_fault(
+def _describe_fault(
     error: ValidationError,
     content: object,
     form: type[BaseModel],
@@ -148,9 +148,11 @@ def _first_fault(
 ) -> InputError:
     """Say in one sentence which key is at fault and why."""
     fault = error.errors()[0]
-    key, reason = ".".join(_keys(fault["loc"], content)), reason_in(fault)
+    key, reason = ".".join(_find_keys(fault["loc"], content)), reason_in(fault)
     if fault["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        known = _all_keys(form.model_json_schema())
+        schema = form.model_json_schema()
+        tables = [schema, *schema.get("$defs", {}).values()]
+        known = {key for table in tables for key in table.get("properties", ())}
         meant = get_close_matches(str(fault["loc"][-1]), known, n=1)
         hint = f" (did you mean {meant[0]}?)" if meant else ""
         expected, found = f"keys of {what}", f"the unknown key '{key}'{hint}"
@@ -164,18 +166,12 @@ def _first_fault(
     return InputError(f"{where}: expected {expected}, found {found}{then(do)}")
 
 
-def _all_keys(schema: Mapping[str, Any]) -> set[str]:
-    """Return the keys of a form and of those inside it, from its JSON schema."""
-    tables = [schema, *schema.get("$defs", {}).values()]
-    return {key for table in tables for key in table.get("properties", ())}
-
-
 def reason_in(fault: Mapping[str, Any]) -> str:
     """Return what was expected, in words, by one of the errors of pydantic's `ValidationError`."""
     return str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
 
 
-def _keys(loc: tuple[int | str, ...], content: Any) -> Iterator[str]:
+def _find_keys(loc: tuple[int | str, ...], content: Any) -> Iterator[str]:
     """Yield the keys that lead to a fault, without the names that alternatives of a form have."""
     for part in loc[:-1]:
         if isinstance(part, int) or (isinstance(content, dict) and part in content):

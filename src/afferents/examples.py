@@ -79,7 +79,10 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
     >>> afferents.open_video(responses.video).width  # px
     640
     """
-    place = (Path(folder) if folder is not None else _cache()).resolve() / _FOLDER
+    if folder is None:
+        of_user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        folder = os.environ.get(CACHE) or of_user / "afferents"
+    place = Path(folder).resolve() / _FOLDER
     kept = place / _KEPT
     if not _is_whole(kept):
         with naming(place / _LOCK):
@@ -103,13 +106,6 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
             store=str(kept / _STORE),
         )
     )
-
-
-def _cache() -> Path:
-    """Return the folder for what can be made again: of this package, or of the user."""
-    if named := os.environ.get(CACHE):
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "afferents"
 
 
 def _is_whole(kept: Path) -> bool:

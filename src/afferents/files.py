@@ -98,18 +98,18 @@ def require_free(
     do = ""
     try:
         read = [Path(os.path.realpath(one)) for one in reads]  # raises nothing
-        found = _in_the_way(target, is_ours, read)
+        found = _find_hindrance(target, is_ours, read)
         if not found and not force and target.exists():
             found, do = "an earlier output", "add --force to replace it, or "
     except (OSError, RuntimeError) as error:  # a link to itself is a RuntimeError
-        found = _described(error) if isinstance(error, OSError) else "a link that leads to itself"
+        found = _describe(error) if isinstance(error, OSError) else "a link that leads to itself"
     if found:
         raise InputError(
             f"{target}: expected a name that is free, found {found}; {do}choose another name"
         )
 
 
-def _in_the_way(target: Path, is_ours: Recognise, reads: list[Path]) -> str:
+def _find_hindrance(target: Path, is_ours: Recognise, reads: list[Path]) -> str:
     """Return what must not be replaced, in words; empty where nothing is in the way."""
     there = next(place for place in (target, *target.parents) if os.path.lexists(place))
     if not there.exists():
@@ -129,7 +129,7 @@ def _in_the_way(target: Path, is_ours: Recognise, reads: list[Path]) -> str:
 
 @contextmanager
 def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Path]:
-    """Yield a temporary path beside `target`; rename it to `target` if the block succeeds.
+    """Yield a temporary path next to `target`; rename it to `target` if the block succeeds.
 
     Works for files and folders. If the block raises, the temporary path is removed and an
     earlier `target` is left untouched.
@@ -155,7 +155,11 @@ def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Pa
             target.parent.mkdir(parents=True, exist_ok=True)
             yield partial
             require_free(target, replaces)
-            _rename(partial, target)
+            earlier = target.parent / _partial_name(target.name)
+            if target.is_dir() and partial.is_dir():  # which can't take a folder's place
+                target.replace(earlier)
+            partial.replace(target)
+            remove(earlier)
     except BaseException:
         remove(partial)
         for folder in made:
@@ -176,36 +180,21 @@ def naming(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.filename is None or str(error.filename).startswith(str(target.parent)):
-            raise _not_written(target, error) from error
-        raise  # of a file that is read meanwhile
-
-
-def _rename(partial: Path, target: Path) -> None:
-    if target.is_dir() and partial.is_dir():
-        earlier = target.parent / _partial_name(target.name)
-        target.replace(earlier)
-        partial.replace(target)
-        remove(earlier)
-    else:
-        partial.replace(target)
+        if error.filename and not str(error.filename).startswith(str(target.parent)):
+            raise  # of a file that is read meanwhile
+        kept = "nothing of it is left, and what was there before is untouched"
+        raise InputError(
+            f"{target}: expected room and permission to write it, found {_describe(error)} "
+            f"({kept}); make room, or choose another place"
+        ) from error
 
 
 def _partial_name(name: str) -> str:
     return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{os.getpid()}-{uuid4().hex[:8]}"
 
 
-def _described(error: OSError) -> str:
+def _describe(error: OSError) -> str:
     return _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
-
-
-def _not_written(target: Path, error: OSError) -> InputError:
-    found = _described(error)
-    kept = "nothing of it is left, and what was there before is untouched"
-    return InputError(
-        f"{target}: expected room and permission to write it, found {found} ({kept}); make room, "
-        "or choose another place"
-    )
 
 
 def remove(path: Path) -> None:
@@ -219,7 +208,7 @@ def remove(path: Path) -> None:
 def remove_partials(folder: Path) -> None:
     """Remove what a run that was killed left unfinished anywhere below `folder`.
 
-    To be called by who has the folder's lock (`outputs.writing_alone`): nobody else writes there.
+    To be called by who has the folder's lock (`outputs.writing_alone`): no other run writes there.
     """
     for partial in sorted(folder.rglob(f"{PARTIAL_PREFIX}*")):
         remove(partial)
@@ -249,7 +238,7 @@ def checksum(*paths: Path) -> str:
         If one is no file: a pipe never ends.
     """
     digest = hashlib.sha256()
-    for file_path in (one for path in paths for one in _files_of(path)):
+    for file_path in (one for path in paths for one in _list_files(path)):
         if file_path.exists() and not file_path.is_file():
             raise InputError(f"{file_path}: expected a file, found a pipe or a device")
         if file_path not in paths:
@@ -275,7 +264,7 @@ def size_of(path: Path) -> int:
     OSError
         If there is none.
     """
-    return sum(file.stat().st_size for file in _files_of(path))
+    return sum(file.stat().st_size for file in _list_files(path))
 
 
 def is_hidden(path: PurePath) -> bool:
@@ -319,7 +308,7 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _files_of(path: Path) -> list[Path]:
+def _list_files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     return sorted(p for p in path.iterdir() if p.is_file() and not p.name.startswith("."))
@@ -333,7 +322,7 @@ def require_same_config(
     Parameters
     ----------
     where
-        What was begun with `earlier` and is now asked to go on with `wanted`.
+        What was begun with `earlier` and is now to go on with `wanted`.
     kind
         What it holds, such as ``results``.
 

@@ -32,7 +32,19 @@ def writing_alone(folder: Path, command: str) -> Iterator[None]:
     lock = FileLock(folder / LOCK)
     try:
         with naming(folder / LOCK):
-            _take(lock, folder, command)
+            require_free(folder, Path.is_dir)
+            folder.mkdir(parents=True, exist_ok=True)
+            try:
+                lock.acquire(timeout=0)
+            except Timeout:
+                raise InputError(
+                    f"{folder}: expected an output that no other command is writing, found "
+                    f"{lock_text(folder) or 'one'} at work there; wait until it has ended, or "
+                    "choose another name"
+                ) from None
+            who = f"process {os.getpid()} on {socket.gethostname()}"
+            with suppress(PermissionError):  # on Windows, nobody writes a file that is locked
+                (folder / LOCK).write_text(f"'{command}' since {time.strftime('%H:%M:%S')} ({who})")
         yield
     finally:
         if lock.is_locked:
@@ -42,22 +54,6 @@ def writing_alone(folder: Path, command: str) -> Iterator[None]:
         if is_new:
             with suppress(OSError):  # what was written stays
                 folder.rmdir()
-
-
-def _take(lock: FileLock, folder: Path, command: str) -> None:
-    require_free(folder, Path.is_dir)
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise InputError(
-            f"{folder}: expected an output that no other command is writing, found "
-            f"{lock_text(folder) or 'one'} at work there; wait until it has ended, or choose "
-            "another name"
-        ) from None
-    who = f"process {os.getpid()} on {socket.gethostname()}"
-    with suppress(PermissionError):  # on Windows, nobody writes a file that is locked
-        (folder / LOCK).write_text(f"'{command}' since {time.strftime('%H:%M:%S')} ({who})")
 
 
 def lock_text(folder: Path) -> str:

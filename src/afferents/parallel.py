@@ -39,6 +39,16 @@ DEATHS = 3
 _TRIM_THRESHOLD, _TOP_PAD, _MMAP_THRESHOLD = -1, -2, -3
 """Options of glibc's mallopt(3)."""
 
+ANSWER_S = 10
+"""A scheduler that does not answer for so long is not there."""
+WORKERS_S = 30
+"""How long a scheduler without workers is waited for."""
+SAME = ("afferents", "torch")
+"""Packages whose versions decide the numbers."""
+OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
+"""Further ones that decide what is recorded and extracted, to the last byte."""
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
+
 
 def side_by_side(
     function: Callable[..., Result],
@@ -82,7 +92,7 @@ def side_by_side_numbered(
     while waiting:
         before = len(waiting)
         try:
-            with closing(_results(function, list(waiting.items()), workers)) as results:
+            with closing(_do_jobs(function, list(waiting.items()), workers)) as results:
                 for number, result in results:
                     del waiting[number]
                     yield number, result
@@ -98,7 +108,7 @@ def side_by_side_numbered(
                 note("a worker process died (killed, or out of memory): what it did begins anew")
 
 
-def _results(
+def _do_jobs(
     function: Callable[..., Result], jobs: Iterable[tuple[int, Job]], workers: int | None
 ) -> Generator[tuple[int, Result], None, None]:
     """Do numbered jobs, as long as no process dies."""
@@ -114,8 +124,8 @@ def _results(
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=n, **options)
         here = Path.cwd()
-        calls = (joblib.delayed(_numbered)(here, number, function, *job) for number, job in jobs)
-        with stop_later(), _deaf_to_the_terminal() if n > 1 else nullcontext():
+        calls = (joblib.delayed(_do_numbered)(here, number, function, *job) for number, job in jobs)
+        with stop_later(), _block_terminal_signals() if n > 1 else nullcontext():
             results = pool(calls)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
@@ -126,7 +136,7 @@ def _results(
 
 
 @contextmanager
-def _deaf_to_the_terminal() -> Iterator[None]:
+def _block_terminal_signals() -> Iterator[None]:
     """Start processes inside that a Ctrl-C or a closed terminal, meant for all, does not reach.
 
     It is for this process to stop them, and they would print what they were at.
@@ -145,7 +155,7 @@ def _deaf_to_the_terminal() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _numbered(
+def _do_numbered(
     folder: Path, number: int, function: Callable[..., Result], *job: Any
 ) -> tuple[int, Result]:
     """Do a job in one thread, in the caller's folder.
@@ -171,10 +181,10 @@ def _prepare(caller: int) -> None:
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
     keep_freed_memory()
     silence_libraries()
-    threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
+    threading.Thread(target=_end_after, args=(caller,), daemon=True).start()
 
 
-def _end_with(caller: int) -> None:
+def _end_after(caller: int) -> None:
     """End this process when its caller is gone."""
     while os.getppid() == caller:
         time.sleep(0.2)
@@ -194,21 +204,6 @@ def keep_freed_memory() -> None:
         mallopt(_MMAP_THRESHOLD, 2**30)
 
 
-# Jobs on a Dask cluster: any machines whose workers have this package, and see the same files.
-#
-# Not by joblib's Dask backend: a worker that is killed again and again would leave it waiting.
-
-ANSWER_S = 10
-"""A scheduler that does not answer for so long is not there."""
-WORKERS_S = 30
-"""How long a scheduler without workers is waited for."""
-SAME = ("afferents", "torch")
-"""Packages whose versions decide the numbers."""
-OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
-"""Further ones that decide what is recorded and extracted, to the last byte."""
-_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
-
-
 def on_cluster(
     function: Callable[..., Result],
     jobs: Iterable[Job],
@@ -218,7 +213,9 @@ def on_cluster(
 ) -> Generator[Result, None, None]:
     """Call `function(*job)` for every job on some worker; yield the results as they come.
 
-    A worker that dies costs the job that it was at, which another one does anew.
+    Workers are any machines that have this package, and see the same files. One that dies costs the
+    job that it was at, which another one does anew. Joblib's Dask backend is not used: a worker
+    that is killed again and again would leave it waiting.
 
     Parameters
     ----------
@@ -246,11 +243,11 @@ def on_cluster(
         here = {package: version(package) for package in packages}
         seen = output.resolve(), lock_text(output)
         waiting = as_completed(
-            [client.submit(_as_here, here, *seen, function, *job, pure=False) for job in jobs],
+            [client.submit(_do_as_here, here, *seen, function, *job, pure=False) for job in jobs],
             loop=client.loop,
         )  # type: ignore[no-untyped-call]
         for future in waiting:
-            result = _result(future)
+            result = _take_result(future)
             del future  # a job whose future is kept is done anew when its worker dies
             yield result
 
@@ -267,7 +264,7 @@ def workers_at(address: str) -> int:
         return len(client.nthreads())  # type: ignore[no-untyped-call]
 
 
-def _as_here(
+def _do_as_here(
     versions: Mapping[str, str],
     output: Path,
     lock: str,
@@ -350,7 +347,7 @@ def _client(address: str) -> Iterator["Client"]:
         client.close()  # type: ignore[no-untyped-call]
 
 
-def _result(future: Any) -> Any:
+def _take_result(future: Any) -> Any:
     """Return what a job came to, or say in one sentence what became of it."""
     from distributed import CancelledError, KilledWorker
 

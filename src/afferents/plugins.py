@@ -10,6 +10,11 @@ from typing import Any
 
 from afferents.errors import AfferentsError, InputError, raised
 
+_OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "pyarrow")
+"""Packages that learning and its results need: more than half of the gigabytes."""
+_of_files: set[str] = set()
+"""Names of modules that were imported as files."""
+
 
 def how_to_install(extra: str) -> str:
     """Say what to type for an optional extra."""
@@ -37,10 +42,6 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
     return modules[0]
 
 
-_OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "pyarrow")
-"""Packages that learning and its results need: more than half of the gigabytes."""
-
-
 def missing_extra(error: ImportError, asked: str) -> InputError | None:
     """Return what to install where a package that learning needs is missing; else None.
 
@@ -57,12 +58,6 @@ def missing_extra(error: ImportError, asked: str) -> InputError | None:
 def _lacking(extra: str, asked: str, error: Exception) -> InputError:
     expected, found = f"the packages of the extra '{extra}'", str(error).partition("\n")[0]
     return InputError(f"{asked}: expected {expected}, found {found}; {how_to_install(extra)}")
-
-
-# Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``.
-
-_of_files: set[str] = set()
-"""Names of modules that were imported as files."""
 
 
 def named(where: str) -> Any:

@@ -13,6 +13,13 @@ from typing import IO, Any, Protocol, Self, TextIO, TypeVar, cast
 from rich import progress as bars
 from rich.console import Console
 
+LINE_SHARE, LINE_S = 0.1, 30.0
+"""A line for every tenth of a task, and after so many seconds."""
+LINES_APART_S = 1.0
+"""No more lines than that of a task that is quick."""
+
+T = TypeVar("T")
+
 
 def prepare_streams() -> None:
     r"""Let nothing that is printed fail for its letters, and let a closed stream be /dev/null.
@@ -90,16 +97,6 @@ class Unfailing:
 
 def _nowhere() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123  for good
-
-
-# Bars with remaining time, on stderr; lines where that is a file or a pipe; silent for scripts.
-
-LINE_SHARE, LINE_S = 0.1, 30.0
-"""A line for every tenth of a task, and after so many seconds."""
-LINES_APART_S = 1.0
-"""No more lines than that of a task that is quick."""
-
-T = TypeVar("T")
 
 
 class Mark(Protocol):

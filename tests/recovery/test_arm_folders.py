@@ -14,7 +14,7 @@ from afferents.errors import InputError
 from afferents.extraction.clocks import describe, measure_clocks, measure_lag, set_clocks
 from afferents.markers.session_sensors import find_sensors
 from afferents.rig import Rig
-from afferents.store.logged import Lag
+from afferents.store.log import Lag
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
 import arm_folders

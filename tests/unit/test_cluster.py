@@ -180,7 +180,7 @@ def test_a_worker_without_the_session_is_one_sentence(there, session, tmp_path, 
         (mine / "2" / "40" / "video.mp4").unlink()
         return submit(function, jobs, *more)
 
-    monkeypatch.setattr(extraction, "on_cluster", gone)
+    monkeypatch.setattr(extraction.parallel, "on_cluster", gone)
     err = there("extract", mine, tmp_path / "s.zarr", "--keep-going", code=2)
     assert "worker on" in err
     assert "2/40/video.mp4 as it is where the command runs" in err

@@ -10,14 +10,19 @@ from afferents import doctor
 
 from ..extras import ABSENT
 
+
+def diagnose():
+    groups, missing = doctor.diagnose()
+    return {what: found for rows in groups.values() for what, found in rows.items()}, missing
+
+
 NEEDS_TRAIN = pytest.mark.skipif("skops" in ABSENT, reason="needs the extra train")
 
 
 def test_here_nothing_is_missing():
     pytest.importorskip("torch")
-    rows, missing = doctor.diagnose()
+    found, missing = diagnose()
     assert missing == []
-    found = dict(rows)
     assert {"accelerator", "torch build", "bfloat16", "codec h264", "zarr", "av"} <= set(found)
     named = {what.removeprefix("extra ") for what in found if "extra " in what}
     commands = {"train", "lab", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
@@ -36,8 +41,8 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
         return installed(name)
 
     monkeypatch.setattr(doctor, "version", lacking)
-    rows, missing = doctor.diagnose()
-    said = dict(rows)["zarr" if package == "zarr" else "extra train"]
+    found, missing = diagnose()
+    said = found["zarr" if package == "zarr" else "extra train"]
     if package == "zarr":
         assert (said, len(missing)) == ("missing", 1)
         assert "pip install 'zarr" in missing[0]
@@ -45,7 +50,7 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
         assert missing == []
         remedy = "not there (skops); pip install 'afferents["
         assert said.startswith(remedy)
-        assert dict(rows)["extra cluster"] == "there"
+        assert found["extra cluster"] == "there"
 
 
 @pytest.mark.parametrize(
@@ -54,10 +59,10 @@ def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
 )
 def test_a_module_that_cannot_be_imported_is_named(monkeypatch, module, lost):
     monkeypatch.setitem(sys.modules, module, None)
-    rows, missing = doctor.diagnose()
+    found, missing = diagnose()
     assert [line.split(" (")[0] for line in missing] == [f"{module} cannot be imported"]
-    assert lost not in dict(rows)
-    assert "memory" in dict(rows)
+    assert lost not in found
+    assert "memory" in found
 
 
 def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
@@ -70,7 +75,7 @@ def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
     monkeypatch.setattr(doctor, "import_module", broken)
     monkeypatch.setattr(doctor, "find_library", lambda name: None)
     monkeypatch.delattr(os, "sysconf")
-    rows, missing = doctor.diagnose()
+    found, missing = diagnose()
     assert "soundfile cannot be imported (sndfile library not found)" in missing
-    assert "no PortAudio library" in dict(rows)["extra lab"]
-    assert dict(rows)["memory"] == "unknown"
+    assert "no PortAudio library" in found["extra lab"]
+    assert found["memory"] == "unknown"

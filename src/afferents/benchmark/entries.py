@@ -12,7 +12,7 @@ from afferents.documents import as_form, parse_json
 from afferents.errors import InputError
 from afferents.files import holds_only, require_free, write_text
 from afferents.folds.controls import CONTROLS
-from afferents.folds.held_out import Amount, Count, Share, Shares
+from afferents.forms import Amount, Count, Share, Shares
 from afferents.models.model import SpeedFrom
 from afferents.reporting.page import render_tables
 from afferents.reporting.tables import make_table, render_markdown

@@ -5,9 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-
 from afferents.cli.command import Output
+from afferents.cli.printing import list_rows, put_apart
 from afferents.errors import InputError
 from afferents.models.model import BEST
 from afferents.progress import Progress
@@ -18,24 +17,21 @@ DEMO = "demo"
 
 def devices() -> Output:
     """List cameras with their formats and rates, microphones, serial ports and drives."""
-    from afferents.lab.devices.found import find_devices
+    from afferents.lab.devices import find_devices
 
     found = find_devices()
-    table = Table(show_header=False, box=None)
+    rows = []
     for camera in found.cameras:
-        table.add_row("camera", camera.device, camera.name)
-        if camera.lasting:
-            table.add_row("", "", f"also {camera.lasting}")
+        rows.append(("camera", camera.device, camera.name))
+        rows += [("", "", f"also {camera.lasting}")] if camera.lasting else []
         for mode in camera.modes:
             rates = ", ".join(f"{rate:g}" for rate in mode.fps_hz)
-            table.add_row("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}")
+            rows.append(("", "", f"{mode.format} {mode.width} x {mode.height} at {rates}"))
     for one in found.microphones:
         what = f"{one.name}: {one.channels} channel(s), {one.rate_hz:g} Hz"
-        table.add_row("microphone", one.device, what)
-    for port in found.ports:
-        table.add_row("serial port", port.port, port.name)
-    for drive in found.drives:
-        table.add_row("kind of drive", drive, "")
+        rows.append(("microphone", one.device, what))
+    rows += [("serial port", port.port, port.name) for port in found.ports]
+    rows += [("kind of drive", drive, "") for drive in found.drives]
     absent = [
         f"No {name}."
         for name, there in (
@@ -45,22 +41,23 @@ def devices() -> Output:
         )
         if not there and not any(note.startswith(name) for note in found.notes)
     ]
-    return Output(asdict(found), [table, *absent, *found.notes])
+    return Output(asdict(found), [list_rows("Devices", ("", "", ""), rows), *absent, *found.notes])
 
 
 def doctor() -> Output:
     """Check this machine: versions, cores, accelerator, codecs, and what is missing."""
     from afferents.doctor import diagnose
 
-    rows, missing = diagnose()
-    table = Table(show_header=False, box=None)
-    for row in rows:
-        table.add_row(*row)
+    groups, missing = diagnose()
+    tables = [list_rows(title, ("", ""), rows.items()) for title, rows in groups.items()]
     verdict = [f"Missing: {line}" for line in missing] or [
         "Nothing is missing that every command needs. The extras are for single commands."
     ]
-    content = {"found": dict(rows), "missing": missing}
-    return Output(content, [table, *verdict], is_bad=bool(missing))
+    content = {
+        "found": {what: one for its in groups.values() for what, one in its.items()},
+        "missing": missing,
+    }
+    return Output(content, [*put_apart(tables), *verdict], is_bad=bool(missing))
 
 
 def record(
@@ -220,21 +217,14 @@ def live(
         No progress bars; plain lines on stderr.
     """
     from afferents.choices import speed_factor
-    from afferents.lab.live import LivePipeline, Network, Wanted, find_sensor, open_sources
-    from afferents.lab.live.control import set_rest_on_request
+    from afferents.lab.live import control as controls
+    from afferents.lab.live import fingertip, outlets
+    from afferents.lab.live import signals as given_out
     from afferents.lab.live.events import close_afterwards
-    from afferents.lab.live.fingertip import stream
-    from afferents.lab.live.outlets import give_out
-    from afferents.lab.live.places import prepare_places
-    from afferents.lab.live.signals import give_signals, parse_signals
-    from afferents.markers.sensor import load_sensor
     from afferents.plugins import import_extra
     from afferents.recordings.session_file import parse_rate
 
-    if web:  # before models are trained, or others begin
-        import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
-    factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
-    fps_hz = None if fps is None else parse_rate(fps)
+    has_several = max(map(len, (videos, audios, sensors))) > 1
     if signals is not None and (model or web or lsl or learn):
         raise InputError(
             "--signals: expected none of --model, --web, --lsl and --learn with it, found one; run "
@@ -242,12 +232,22 @@ def live(
         )
     if signals is None and list(to) != ["-"]:
         raise InputError("--to: expected --signals with it, such as sa1,ra1, found none")
-    if max(map(len, (videos, audios, sensors))) > 1:
-        if model or lsl or learn or not (web or as_json or signals):
-            raise InputError(
-                "--video: expected --signals, --web or --json with several, and none of --model, "
-                "--lsl and --learn; run an 'afferents live' for each"
-            )
+    if has_several and (model or lsl or learn or not (web or as_json or signals)):
+        raise InputError(
+            "--video: expected --signals, --web or --json with several, and none of --model, --lsl "
+            "and --learn; run an 'afferents live' for each"
+        )
+    if model and sensors:
+        raise InputError(
+            f"--sensor: expected none with --model, which carries its own, found {sensors[0]}"
+        )
+    if model and fps is not None:
+        raise InputError(f"--fps: expected none with --model, which has its own, found {fps:g}")
+    if web:  # before models are trained, or others begin
+        import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
+    factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
+    fps_hz = None if fps is None else parse_rate(fps)
+    if has_several:
         same = {
             "signals": signals, "json": as_json, "web": web, "host": host, "token": token,
             "speed": speed, "fps": fps, "exposure_ms": exposure_ms,
@@ -259,39 +259,29 @@ def live(
     if signals is not None:
         if video is None:
             raise InputError("--video: expected a source, such as camera:0 or rig, found none")
-        names = parse_signals(signals, audio is not None)
-        places = prepare_places(to, (video, audio))
-        tip = stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
-        with set_rest_on_request(tip.set_rest, control):
-            give_signals(tip, names, places, name)
+        names = given_out.parse_signals(signals, audio is not None)
+        places = given_out.prepare_places(to, (video, audio))
+        tip = fingertip.stream(video, audio, sensor, offset_s, factor, fps_hz, exposure_ms)
+        with controls.set_rest_on_request(tip.set_rest, control):
+            given_out.give_signals(tip, names, places, name)
         return
-    if model and sensor:
-        raise InputError(
-            f"--sensor: expected none with --model, which carries its own, found {sensor}"
-        )
-    if model and fps is not None:
-        raise InputError(f"--fps: expected none with --model, which has its own, found {fps:g}")
-    pages = {name: port for name, _, port in (page.partition("=") for page in beside)}
-    for wrong in (page for page in beside if not page.partition("=")[2].isdecimal()):
-        raise InputError(f"--beside: expected a name and a port, as right=8801, found '{wrong}'")
+    for page in beside:
+        if not page.partition("=")[2].isdecimal():
+            raise InputError(f"--beside: expected a name and a port, as right=8801, found '{page}'")
+    ports = {tip: int(port) for tip, _, port in (page.partition("=") for page in beside)}
     if list(model) == [Path(DEMO)]:
         model = _train_demo(video, audio, quiet or as_json)
-    if model:
-        pipeline = LivePipeline.with_models([Network(path) for path in model], offset_s)
-        sources = open_sources(video, audio, pipeline.wanted, factor, exposure_ms)
-    else:
-        if sensor is None and learn is not None and (own := learn / "sensor.toml").is_file():
-            sensor = str(own)
-        known = find_sensor(video, load_sensor(sensor) if sensor else None, fps_hz)
-        wanted = Wanted(sensor=known, fps_hz=fps_hz)
-        sources = open_sources(video, audio, wanted, factor, exposure_ms, fps_hz)
-        pipeline = LivePipeline.without_models(sources, known, offset_s)
+    if not model and learn is not None and (own := learn / "sensor.toml").is_file():
+        sensor = sensor or str(own)
+    sources, pipeline = outlets.open_pipeline(
+        model, video, audio, sensor, factor, fps_hz, exposure_ms, offset_s
+    )
     with close_afterwards(sources):
         if learn is not None:
             pipeline.learn(learn, (video or "").startswith("rig"))
-        greeting = {"name": name, "beside": {one: int(port) for one, port in pages.items()}}
-        page = (host, port, token) if web else None
-        give_out(sources, pipeline, page, lsl, as_json, control, greeting)
+        greeting = {"name": name, "beside": ports}
+        page_at = (host, port, token) if web else None
+        outlets.give_out(sources, pipeline, page_at, lsl, as_json, control, greeting)
 
 
 def _run_several(
@@ -305,16 +295,15 @@ def _run_several(
 ) -> None:
     """Run `live` for each of several fingertips, with the options that are the same for all."""
     from afferents.choices import flag_of
-    from afferents.lab.live import places, several
-    from afferents.lab.live.signals import parse_signals
+    from afferents.lab.live import several, signals
 
     given = {flag_of(key): value for key, value in same.items() if value not in (None, False)}
     words = [w for flag, v in given.items() for w in ((flag,) if v is True else (flag, str(v)))]
     commands = several.make_commands(videos, audios, sensors, to, port, words)
     if same["signals"] is not None:  # what is wrong is reported once, before any begins
-        parse_signals(same["signals"], bool(audios))
+        signals.parse_signals(same["signals"], bool(audios))
         files = {*to} - several.SHARED
-        places.prepare_places([several.add_name(at, tip) for tip in commands for at in files], ())
+        signals.prepare_places([several.add_name(at, tip) for tip in commands for at in files], ())
     several.run_each(commands, control)
 
 

@@ -3,10 +3,11 @@
 import json
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 from afferents.cli.errors import no_room
@@ -32,6 +33,37 @@ def lay_out(table: "DataFrame", width: int) -> str:
     return kept.to_string(line_width=width).replace("\\\n", "\n")
 
 
+def list_rows(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """Return a table of words for `say`.
+
+    Parameters
+    ----------
+    heads
+        Of the columns; no line of heads where all are empty. What the first one names stays whole;
+        a cell of another that is too long goes on in its own column.
+    """
+    table = Table(
+        title=title,
+        title_style="bold",
+        title_justify="left",
+        show_header=any(heads),
+        header_style="italic",
+        box=None,
+        pad_edge=False,
+    )
+    for place, head in enumerate(heads):
+        table.add_column(head, overflow="fold", no_wrap=place == 0)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def put_apart(tables: Iterable[Table]) -> Iterator[Table | str]:
+    """Yield tables with an empty line after each."""
+    for table in tables:
+        yield from (table, "")
+
+
 def say(as_json: bool, content: Any, *lines: Any) -> None:
     """Print the outcome of a command.
 
@@ -40,36 +72,31 @@ def say(as_json: bool, content: Any, *lines: Any) -> None:
     as_json
         Whether `content` is printed as JSON, and not the lines.
     lines
-        Sentences, which are not wrapped, tables of `reporting.tables`, or of rich.
+        Sentences, which are not wrapped, and tables of `list_rows` or `reporting.tables`.
 
     Raises
     ------
     AfferentsError
         If stdout is full.
     """
+    console = Console(highlight=False, markup=False)
     try:
-        _print(as_json, content, lines)
+        if as_json:
+            print(json.dumps(content, indent=2, default=str))  # noqa: T201
+            lines = ()
+        for line in lines:
+            parts = [line]
+            if hasattr(line, "attrs"):  # a table of `reporting.tables`
+                rows = lay_out(line, console.width) if len(line) else ""
+                title, caption = line.attrs["title"], line.attrs["caption"]
+                parts = list(filter(None, [Text(title, "bold"), rows, Text(caption, "italic")]))
+            for part in parts:
+                console.print(part, soft_wrap=isinstance(part, str))
         sys.stdout.flush()
     except BrokenPipeError:
         raise  # who reads has heard enough
     except OSError as error:
         raise AfferentsError(no_room(error)) from error
-
-
-def _print(as_json: bool, content: Any, lines: Iterable[Any]) -> None:
-    if as_json:
-        print(json.dumps(content, indent=2, default=str))  # noqa: T201
-        return
-    console = Console(highlight=False, markup=False)
-    for line in lines:
-        if not hasattr(line, "attrs"):
-            console.print(line, soft_wrap=isinstance(line, str))
-            continue
-        rows = lay_out(line, console.width) if len(line) else ""
-        title, caption = Text(line.attrs["title"], "bold"), Text(line.attrs["caption"], "italic")
-        for part in (title, rows, caption):
-            if part:
-                console.print(part, soft_wrap=isinstance(part, str))
 
 
 def once_a_kind(problems: Sequence[str]) -> list[str]:

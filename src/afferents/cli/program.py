@@ -32,7 +32,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
                 "audio_rate_hz": "--audio-rate",
             },
         ),
-        Command("fetch", "afferents.recordings.fetch.fetch:fetch"),
+        Command("fetch", "afferents.recordings.fetch:fetch"),
         Command(
             "simulate",
             "afferents.rig.simulate:simulate",
@@ -120,7 +120,7 @@ _GROUPS: Mapping[str, Sequence[Command]] = {
     ),
     "Other programs and sciences": (
         Command("neural", "afferents.neuro.neural:neural", words=("store",)),
-        Command("export-nwb", "afferents.neuro.nwb.export:export_nwb"),
+        Command("export-nwb", "afferents.neuro.nwb:export_nwb"),
         Command(
             "export-mcap",
             "afferents.robots.bags:export_mcap",

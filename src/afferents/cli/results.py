@@ -1,10 +1,14 @@
 """Commands on folders of results: status, report, and those of the benchmark that only read."""
 
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
+
+from rich.text import Text
 
 from afferents.choices import Figures
 from afferents.cli.command import Output
+from afferents.cli.printing import list_rows, put_apart
 
 
 def status(results: Path) -> Output:
@@ -51,8 +55,21 @@ def discrepancies() -> Output:
     """List where the paper's text and its code differ, and what is done here."""
     from afferents.reporting import published
 
-    text = published.discrepancies()
-    return Output({"discrepancies": text}, [text])
+    points, sections = published.list_discrepancies(), published.list_sections()
+    about = (
+        f"The paper's text and the authors' code, compared in {len(points)} points. A: changes "
+        "numbers, or what they mean; B: changes a reproduction; C: wording or labels. Here, the "
+        "code is followed where no cell says otherwise.\n"
+    )
+    heads = ("", "What differs", "Paper", "Code", "Here")
+    tables = [
+        list_rows(
+            area, heads, [(f"{one.number} {one.matters}", one.topic, *one.columns) for one in its]
+        )
+        for area, its in groupby(points, lambda one: one.area)
+    ]
+    tables += [list_rows(title, ("", ""), rows) for title, rows in sections.items()]
+    return Output({"discrepancies": published.discrepancies()}, [Text(about), *put_apart(tables)])
 
 
 def benchmark() -> Output:
@@ -63,14 +80,20 @@ def benchmark() -> Output:
     from afferents.benchmark.tasks import FOLDER, all_tasks, data_infos
 
     there, infos = all_tasks(), data_infos()
-    lines = ["Tasks (afferents benchmark run TASK --models MODEL,FILE.py:NAME)"]
-    lines += [f"  {name:<25} {task.title}" for name, task in there.items()]
-    lines += ["", "Data"]
+    data, bring = [], []
     for name, info in infos.items():
-        where = FOLDER / name
-        here = "made when it is needed" if info.made else info.get.format(folder=where)
-        here = f"in {where}" if where.is_dir() else here
-        lines += [f"  {name}: {info.title}", f"    {info.size}; licence: {info.licence}; {here}"]
+        is_here = (FOLDER / name).is_dir()
+        here = "yes" if is_here else "made" if info.made else "no"
+        data.append((name, info.title, f"{info.size}; {info.licence}", here))
+        bring += [] if is_here or info.made else [info.get.format(folder=FOLDER / name)]
+    tasks = [(name, task.title) for name, task in there.items()]
+    heads = ("Name", "What it is", "Size; licence", "Here")
+    tables = (
+        list_rows("Tasks", ("Name", "What is asked"), tasks),
+        list_rows(f"Data, in {FOLDER}/NAME", heads, data),
+    )
+    lines = [*put_apart(tables), *(["What brings the data:", *bring, ""] if bring else [])]
+    lines.append("Run one: afferents benchmark run TASK --models MODEL,FILE.py:NAME")
     content = {
         "tasks": {name: task.model_dump() for name, task in there.items()},
         "data": {name: info.model_dump() for name, info in infos.items()},

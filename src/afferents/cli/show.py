@@ -12,14 +12,14 @@ from typing import Any
 from rich.text import Text
 
 from afferents.cli.command import Output
-from afferents.cli.printing import once_a_kind
+from afferents.cli.printing import list_rows, once_a_kind
 from afferents.models.model import TABLE1
 
 Given = Mapping[str, Any]
 
 
 def fetch(found: Any, given: Given) -> Output:
-    from afferents.recordings.fetch.fetch import public_sets
+    from afferents.recordings.fetch import public_sets
 
     folder = found.folder
     then = public_sets()[given["name"]].next_step.format(folder=folder)
@@ -40,9 +40,16 @@ def init(made: Any, given: Given) -> Output:
 
 
 def inspect(found: Any, given: Given) -> Output:
+    rows = [
+        (topic * (sentence is its[0]), sentence)
+        for topic, its in found.topics.items()
+        for sentence in its
+    ]
     problems = [f"Problem: {problem}" for problem in once_a_kind(found.problems)]
-    lines = [*found.sentences, *problems, *_pictures(found)]
-    return Output(vars(found), lines, is_bad=bool(found.problems))
+    lines = [list_rows(found.source, ("", ""), rows), "", *problems, *_pictures(found)]
+    names = ("source", "sentences", "problems", "pictures", "facts")
+    content = {name: getattr(found, name) for name in names}
+    return Output(content, lines, is_bad=bool(found.problems))
 
 
 def calibrate(found: Any, given: Given) -> Output:
@@ -71,21 +78,21 @@ def extract(extracted: Any, given: Given) -> Output:
 
 
 def evaluate(results: Any, given: Given) -> Output:
-    from afferents.reporting.tables import (
-        lengths_table,
-        recordings_table,
-        short_table1,
-        touches_table,
-    )
+    from afferents.reporting import labels, tables
 
-    summary = results.found
-    evaluated = set(summary.models)
-    tables = [short_table1(summary)] * bool(evaluated & set(TABLE1))
-    tables += [recordings_table(summary)] * bool(evaluated - set(TABLE1))
-    others = (lengths_table(summary), touches_table(summary))
-    tables += [table for table in others if table is not None]
-    lines = [*tables, f"Results: {given['out']}"]
-    return Output(results.summary, lines, _skipped(summary))
+    summary, lines = results.found, []
+    caution = labels.caption("caution", summary)  # written once, not below each table
+    for table in (
+        tables.short_table1(summary) if summary.models.keys() & TABLE1.keys() else None,
+        tables.recordings_table(summary) if summary.models.keys() - TABLE1.keys() else None,
+        tables.lengths_table(summary),
+        tables.touches_table(summary),
+    ):
+        if table is not None:
+            table.attrs["caption"] = table.attrs["caption"].removesuffix(caution).rstrip()
+            lines += [table, ""]
+    lines += [Text(caution), ""] if caution else []
+    return Output(results.summary, [*lines, f"Results: {given['out']}"], _skipped(summary))
 
 
 def reproduce(results: Any, given: Given) -> Output:

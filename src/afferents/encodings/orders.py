@@ -21,8 +21,7 @@ from pydantic import PositiveFloat, PositiveInt
 
 from afferents import dims
 from afferents.encodings.base import SignalInfo
-from afferents.encodings.lines import bridge
-from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, Windows, audible_hz
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, Windows, audible_hz, bridge
 from afferents.errors import InputError
 
 _PADDING = 4

@@ -17,7 +17,7 @@ from afferents.choices import flag_of
 from afferents.encodings.samples import find_labels, list_textures
 from afferents.errors import InputError, reading
 from afferents.evaluation import metrics
-from afferents.evaluation.data import Source, encode_all, has, kept_part
+from afferents.evaluation.data import Source, encode_all, has
 from afferents.evaluation.intervals import choose_bootstrap_unit
 from afferents.evaluation.results import Accuracies
 from afferents.folds import controls as taking
@@ -103,7 +103,8 @@ def _find_hindrance(
         return "some recordings have no vibration"
     try:
         for one in recordings:
-            kept_part(one, source, options.cut)
+            channel, encoding = source
+            encoding.kept(one, channel.made_of, channel.lookback, options.cut)
     except InputError as error:
         return str(error)
     return ""

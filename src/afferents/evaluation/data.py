@@ -37,13 +37,14 @@ from afferents.recordings.data_set import Data, DataSet
 from afferents.recordings.data_sets import data_set_of, source_of
 from afferents.store import responses as store
 from afferents.store import zarr_store
-from afferents.store.digest import DIGEST, sealed, values_digest
+from afferents.store.integrity import DIGEST, sealed, values_digest
 from afferents.store.motion import speed_along
 from afferents.store.recording import RecordingSet, require_distinct
 from afferents.store.responses import Responses, read_whole
 from afferents.store.trimming import cut_audio, set_steady
 
 _FULL_SCALE = "full scale"
+_EVERYTHING, _AS_THEY_ARE = Ablation(), Corruption()
 _SAME_RATE = 0.05
 """Frame rates may differ by this share: clocks of cameras do, and frames are dropped."""
 
@@ -381,11 +382,11 @@ def note_choice(
     data: Sequence[OpenedData], models: Sequence[Model], encodings: Encodings, progress: Progress
 ) -> None:
     """Note what clocks rest on, and which options of encodings were chosen where we choose."""
-    for data_set in (one.origin.data_set for one in data if one.origin.data_set.chooses_encodings):
+    if not data[0].origin.data_set.chooses_encodings:  # all are of one kind
+        return
+    for data_set in (one.origin.data_set for one in data):
         for sentence in data_set.describe(data_set.scan()):
             progress.note(sentence)
-    if not data[0].origin.data_set.chooses_encodings:
-        return
     sources = (source for model in models for source in find_sources(model, encodings))
     for encoding in dict.fromkeys(source.encoding for source in sources):
         default, chosen = type(encoding)(), []
@@ -432,26 +433,14 @@ def has(responses: Responses, source: Source) -> bool:
     return encoding.suits(responses)
 
 
-def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
-    """Return what the cut keeps of a recording, after checking that it can be encoded.
-
-    Raises
-    ------
-    InputError
-        If the recording is too short for the cut, a window or a run of frames.
-    """
-    channel, encoding = source
-    return encoding.kept(responses, channel.made_of, channel.lookback, cut)
-
-
 def encode(
     responses: Responses,
     source: Source,
     cut: Cut,
-    ablation: Ablation | None = None,
-    corruption: Corruption | None = None,
+    ablation: Ablation = _EVERYTHING,
+    corruption: Corruption = _AS_THEY_ARE,
 ) -> Samples:
-    """Encode one recording; see `kept_part` for what it refuses.
+    """Encode one recording.
 
     Windows never cross recordings, since each is encoded alone. Where a recording has a series of
     speeds, samples have the mean speed and the change of each, and those of which the series holds
@@ -460,20 +449,24 @@ def encode(
     Parameters
     ----------
     ablation
-        Which markers are used; None for all.
+        Which markers are used.
     corruption
-        What corrupts the recording first; None for nothing.
+        What corrupts the recording first.
+
+    Raises
+    ------
+    InputError
+        If the recording is too short for the cut, a window or a run of frames.
     """
-    if corruption is not None:
-        responses = corrupted(responses, source.encoding.of_vibration, corruption)
-    kept = kept_part(responses, source, cut)
-    response = make_response(responses, source)
-    if ablation is not None:
-        response = ablation.shown(response)
+    channel, encoding = source
+    if corruption:
+        responses = corrupted(responses, encoding.of_vibration, corruption)
+    kept = encoding.kept(responses, channel.made_of, channel.lookback, cut)
+    response = ablation.shown(make_response(responses, source))
     series = speed_along(responses)
-    if series is not None and source.encoding.by_distance:
+    if series is not None and encoding.by_distance:
         response = add_distance(response, series)
-    samples = source.encoding.samples(response, kept, source.channel.lookback)
+    samples = encoding.samples(response, kept, channel.lookback)
     if series is None:
         return samples
     mean, low, high = series.over(samples[dims.START].values, samples[dims.STOP].values)
@@ -503,8 +496,8 @@ def encode_all(
     source: Source,
     cut: Cut,
     progress: Progress,
-    ablation: Ablation | None = None,
-    corruption: Corruption | None = None,
+    ablation: Ablation = _EVERYTHING,
+    corruption: Corruption = _AS_THEY_ARE,
     workers: int | None = 1,
 ) -> Samples:
     """Encode every recording, in this many processes, and join the samples; see `encode`.
@@ -512,7 +505,7 @@ def encode_all(
     Raises
     ------
     InputError
-        As `kept_part`; if frames of one recording follow each other faster than those of another,
+        As `encode`; if frames of one recording follow each other faster than those of another,
         or the speed changes too much in all samples of a recording.
     """
     _require_one_frame_rate(recordings, source)
@@ -521,7 +514,7 @@ def encode_all(
     found = side_by_side_numbered(encode, jobs, workers, progress.note)
     by_number = dict(progress.track(found, label, len(recordings)))
     in_order = [by_number[number] for number in range(len(recordings))]
-    most = None if ablation is None else ablation.speed_change
+    most = ablation.speed_change
     if most is not None or any(dims.MEAN_SPEED in samples.coords for samples in in_order):
         # Samples of constant slides have the recording's speed.
         in_order = [

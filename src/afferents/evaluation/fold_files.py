@@ -28,7 +28,7 @@ from pydantic import Field
 from afferents import dims, files
 from afferents.channels import CHANNELS, find_channel
 from afferents.documents import read_json
-from afferents.encodings.samples import Samples
+from afferents.encodings.samples import Samples, list_textures
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.results import (
@@ -43,21 +43,10 @@ from afferents.evaluation.results import (
     read_config,
     read_predictions,
 )
-from afferents.folds.held_out import (
-    SPEED,
-    Amount,
-    Count,
-    Group,
-    GroupName,
-    Share,
-    Speed,
-    Split,
-    SplitName,
-    folder_name,
-    order,
-    split_named,
-)
+from afferents.folds import held_out
+from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName
 from afferents.folds.protocol import Fold, ProtocolName
+from afferents.forms import Amount, Count, Share, Speed
 from afferents.models.model import MODELS, Model, pick_own
 
 FOLDS, PLAN, OWN_MODELS = "folds", "plan.json", "own_models.json"
@@ -93,12 +82,12 @@ class FoldKey(Schema):
     @property
     def split(self) -> Split:
         """What is held out: a speed, or a group of another split."""
-        return split_named(self.split_name)
+        return held_out.split_named(self.split_name)
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
         seeds = results / FOLDS / self.model / self.protocol
-        return seeds / f"seed-{self.seed}" / folder_name(self.held_out)
+        return seeds / f"seed-{self.seed}" / held_out.folder_name(self.held_out)
 
     def mark(self, results: Path, kind: str) -> Path:
         """Return the file next to its folder: that it is `running`, `failed`, a `checkpoint`."""
@@ -168,7 +157,7 @@ def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, group."""
     keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     rank = {name: i for i, name in enumerate(MODELS)}  # a user's own models come last
-    keys.sort(key=lambda key: (key.model, key.protocol, key.seed, order(key.held_out)))
+    keys.sort(key=lambda key: (key.model, key.protocol, key.seed, held_out.order(key.held_out)))
     return sorted(keys, key=lambda key: rank.get(key.model, len(rank)))
 
 
@@ -177,7 +166,6 @@ def predictions_table(
     samples: Samples,
     fold: Fold,
     probabilities: NDArray[np.float32],
-    textures: list[str],
     speed_mm_s: NDArray[np.float64] | None = None,
 ) -> pd.DataFrame:
     """Return one row a test sample.
@@ -185,10 +173,11 @@ def predictions_table(
     Parameters
     ----------
     probabilities
-        Shape (test sample, texture).
+        Shape (test sample, texture), textures in natural order.
     speed_mm_s
         Speed that the model estimated, (test sample,); None where it did not.
     """
+    textures = list_textures(samples)
     tested = {name: samples[name].to_numpy()[fold.test] for name in dims.SAMPLE_COORDS}
     table = pd.DataFrame(
         {

@@ -5,8 +5,8 @@ trial``, ``split = "trial"`` in a file that ``--config`` names, and the line of 
 was chosen. Options of encodings, such as ``frames=20``, stand next to the fields.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Annotated, Any, Self
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -20,20 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from afferents.choices import (
-    LARGEST_SEED,
-    MODELS_ASKED,
-    PRESET_ASKED,
-    Control,
-    Cut,
-    Device,
-    Penalty,
-    Precision,
-    Preset,
-    Statistics,
-    conditions_in,
-    flag_of,
-)
+from afferents import choices
 from afferents.documents import reason_in
 from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError, raised
@@ -41,13 +28,13 @@ from afferents.folds.ablation import Ablation, parse_speeds
 from afferents.folds.bands import name_bands
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, condition_text, split_named
-from afferents.folds.protocol import Protocol, protocols
-from afferents.models.config import Compute, Hyperparameters, TrainingConfig
-from afferents.models.model import listed
+from afferents.folds.protocol import PROTOCOLS, Protocol
+from afferents.models.config import Hyperparameters, TrainingConfig, training_config
+from afferents.models.model import list_wanted
 from afferents.store.trimming import Steady, parse_steady, written
 
-_Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
-_ELSEWHERE = frozenset({
+_Seed = Annotated[int, Field(ge=0, le=choices.LARGEST_SEED)]
+IN_SUMMARY = frozenset({
     "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
     "device", "precision",
 })  # fmt: skip
@@ -77,15 +64,15 @@ class TrainingOptions(BaseModel):
         frozen=True, extra="allow", arbitrary_types_allowed=True, use_attribute_docstrings=True
     )
 
-    preset: Preset = PRESET_ASKED
+    preset: choices.Preset = choices.PRESET_ASKED
     """How networks are trained: as in the 'paper' (days for Table 1), 'fast', or 'quick', to see
     that it runs."""
-    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.describe())] = Field(
+    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.changed)] = Field(
         default_factory=Hyperparameters
     )
     """TOML file of hyperparameters that are not to be the preset's: learning_rate, max_epochs,
     dropout and others, for all networks or in a table for each."""
-    cut: Cut = "all"
+    cut: choices.Cut = "all"
     """Part of each recording to use: 'all' at constant speed, or the 'published' cut."""
     split: str = SPEED.name
     """What is held out in turn: 'speed' (with --bands a band of speeds), a condition of recordings
@@ -106,12 +93,12 @@ class TrainingOptions(BaseModel):
     """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
     the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
     lost), seed=0."""
-    statistics: Statistics = "warmed-up"
+    statistics: choices.Statistics = "warmed-up"
     """Running statistics of batch normalisation: 'warmed-up' as plain averages, or from 0 and 1 as
     'keras' keeps them (matters where an epoch has few steps)."""
-    device: Device = "auto"
+    device: choices.Device = "auto"
     """Where networks are trained; 'auto' takes a GPU if there is one."""
-    precision: Precision = "auto"
+    precision: choices.Precision = "auto"
     """Number format; 'auto' is bfloat16 where the processor supports it."""
 
     @model_validator(mode="wrap")
@@ -127,7 +114,7 @@ class TrainingOptions(BaseModel):
         except ValidationError as error:
             fault = error.errors()[0]
             raise InputError(
-                f"{flag_of(str(fault['loc'][0]))}: expected {reason_in(fault)}, found "
+                f"{choices.flag_of(str(fault['loc'][0]))}: expected {reason_in(fault)}, found "
                 f"{fault['input']!r}"
             ) from None
         except (AttributeError, TypeError) as error:
@@ -140,7 +127,7 @@ class TrainingOptions(BaseModel):
     def _read_recipe(cls, given: Any, info: ValidationInfo) -> Any:
         if isinstance(given, Hyperparameters):
             return given
-        return Hyperparameters.of(given, info.data.get("preset", PRESET_ASKED))
+        return Hyperparameters.of(given, info.data.get("preset", choices.PRESET_ASKED))
 
     @field_validator("steady", mode="before")
     @classmethod
@@ -154,8 +141,10 @@ class TrainingOptions(BaseModel):
 
     def training(self, network: str) -> TrainingConfig:
         """Return how a network is trained; by name, see `models.config.RECIPES`."""
-        compute = Compute(self.device, self.precision)
-        return self.recipe.training(self.preset, network, compute, self.statistics)
+        changed = self.recipe.changed.get(network)
+        return training_config(
+            self.preset, network, changed, self.statistics, self.device, self.precision
+        )
 
     @property
     def encoding(self) -> dict[str, Any]:
@@ -172,10 +161,6 @@ class TrainingOptions(BaseModel):
         """Return the same ready for JSON, as ``--config`` takes it."""
         written_out = self.model_dump(mode="json", fallback=str)
         return {name: written_out[name] for name in self.chosen()}
-
-    def further(self) -> dict[str, Any]:
-        """Return of `given` what no other entry of a summary holds, and what changes numbers."""
-        return {name: value for name, value in self.given().items() if name not in _ELSEWHERE}
 
 
 class EvaluationOptions(TrainingOptions):
@@ -200,13 +185,13 @@ class EvaluationOptions(TrainingOptions):
         Any,
         PlainSerializer(
             lambda given: ",".join(
-                one if isinstance(one, str) else one.name for one in listed(given)
+                one if isinstance(one, str) else one.name for one in list_wanted(given)
             )
         ),
-    ] = MODELS_ASKED
+    ] = choices.MODELS_ASKED
     """Names, comma-separated: 'all' for the paper's Table 1, 'best' for what we recommend for such
     data, 'chance' and 'nearest' to compare with, FILE.py:NAME for one of your own."""
-    protocol: str = "nested"
+    protocol: Literal["nested", "published", "both"] = "nested"
     """'nested': the held-out speed is unseen until the test. 'published', as in the paper's code:
     half of it selects the model (leaky), and spectra are scaled and stretched otherwise. Or
     'both'."""
@@ -236,14 +221,14 @@ class EvaluationOptions(TrainingOptions):
     """Hold out only these speeds, mm/s, or values of --split's condition (default: each)."""
     without: dict[str, str] = Field(default_factory=dict)
     """Leave out recordings with this condition: pressure=F250."""
-    penalty: Penalty = "fixed"
+    penalty: choices.Penalty = "fixed"
     """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
     each fold by leaving out its training speeds in turn ('searched')."""
     disturb: Annotated[
         Corruption, BeforeValidator(lambda given: Corruption.of(given, "--disturb"))
     ] = Corruption()
     """Corrupt the recordings that are tested, as --disturb-training does others."""
-    control: Control = "none"
+    control: choices.Control = "none"
     """Take from all recordings what should distinguish textures: 'permuted' labels, time
     'shuffled', 'offsets' or 'amplitudes' of channels alone. What is recognised then rests on
     something else."""
@@ -266,13 +251,14 @@ class EvaluationOptions(TrainingOptions):
     def _read_conditions(cls, given: Any) -> dict[str, str]:
         if isinstance(given, Mapping):
             return {str(name): condition_text(value) for name, value in given.items()}
-        return conditions_in([given] if isinstance(given, str) else given, "--without")
+        return choices.parse_conditions([given] if isinstance(given, str) else given, "--without")
 
     @field_validator("test_only", mode="before")
     @classmethod
     def _read_condition(cls, given: Any) -> tuple[str, str]:
-        pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
-        ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
+        if isinstance(given, str):
+            given = choices.parse_conditions([given], "--test-only")
+        ((name, value),) = given.items() if isinstance(given, Mapping) else [tuple(given)]
         return str(name), condition_text(value)
 
     @field_validator("seeds", mode="before")
@@ -305,7 +291,7 @@ class EvaluationOptions(TrainingOptions):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _ = self.ablation, self.protocols  # which refuse what makes no sense
+        _ = self.ablation  # which refuses what makes no sense
         return self
 
     def given(self) -> dict[str, Any]:
@@ -327,9 +313,9 @@ class EvaluationOptions(TrainingOptions):
         )  # fmt: skip
 
     @property
-    def protocols(self) -> Sequence[Protocol]:
-        """Whether anything of the held-out speed may be seen before the test."""
-        return protocols(self.protocol)
+    def protocols(self) -> list[Protocol]:
+        """Whether anything of the held-out speed may be seen before the test; nested first."""
+        return [one for name, one in PROTOCOLS.items() if self.protocol in (name, "both")]
 
 
 def shell_words(options: Mapping[str, Any]) -> list[str]:
@@ -342,7 +328,7 @@ def shell_words(options: Mapping[str, Any]) -> list[str]:
             pairs = [f"{key}={_text(one)}" for key, one in value.items()]
             texts = pairs if name == "without" else [",".join(pairs)]
             texts = [] if name == "recipe" else texts  # made in Python: no file to name
-        words += [word for text in texts for word in (flags.get(name, flag_of(name)), text)]
+        words += [word for text in texts for word in (flags.get(name, choices.flag_of(name)), text)]
     return words
 
 

@@ -15,7 +15,7 @@ from afferents.errors import InputError, then
 from afferents.evaluation import data
 from afferents.evaluation.data import OpenedData, Origin
 from afferents.evaluation.fold_files import FRAMES, config_digest
-from afferents.evaluation.options import EvaluationOptions, TrainingOptions
+from afferents.evaluation.options import IN_SUMMARY, EvaluationOptions, TrainingOptions
 from afferents.evaluation.results import OPTIONS, SCHEMA
 from afferents.extraction import copies
 from afferents.files import Place
@@ -26,7 +26,7 @@ from afferents.models import model as rows
 from afferents.models.base import Solved
 from afferents.models.classifiers import get_classifier
 from afferents.models.config import RECIPES
-from afferents.models.fitted import require_buildable
+from afferents.models.fitted import new_classifier
 from afferents.models.fusion import LateFusion
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model
 from afferents.progress import Progress
@@ -39,12 +39,7 @@ from afferents.version import __version__
 
 def find_lack(model: Model, recordings: Sequence[Responses]) -> str:
     """Return what the first recording lacks that a model can't learn from; empty if all can do."""
-
-    def learns_speeds(model: Model) -> bool:
-        """Return whether it, or a part of it that learns on its own, needs to know speeds."""
-        kind = get_classifier(model.classifier)
-        return kind.needs_speed or any(learns_speeds(MODELS[name]) for name in model.parts)
-
+    learning = [get_classifier(one.classifier) for one in (model, *data.list_parts(model))]
     sources = data.find_sources(model, Encodings())
     between_channels = model.speed_from == "measured"
     needed = f"{' and '.join(source.channel.name for source in sources)} in the form it needs"
@@ -55,7 +50,7 @@ def find_lack(model: Model, recordings: Sequence[Responses]) -> str:
         name = responses.attrs["name"]
         if moved and dims.of_cells(responses):
             return f"{name} lacks {moved[0]}: cells have no displacement"
-        if learns_speeds(model) and not has_speed(responses):
+        if any(kind.needs_speed for kind in learning) and not has_speed(responses):
             return f"{name} lacks a speed"
         if not all(data.has(responses, source) for source in sources) or (
             between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2
@@ -188,10 +183,9 @@ def require_options(
         return of_sound or (corruption.of_markers and not all(sounds))
 
     def has_penalty(model: Model) -> bool:
-        kind = get_classifier(model.classifier)
-        if issubclass(kind, Solved):
-            return bool(kind.searched) or len(kind.penalties) > 1
-        return any(has_penalty(MODELS[name]) for name in model.parts)
+        kinds = [get_classifier(part.classifier) for part in data.list_parts(model)]
+        solved = [kind for kind in kinds if issubclass(kind, Solved)]
+        return any(kind.searched or len(kind.penalties) > 1 for kind in solved)
 
     def goes_by_recipe(model: Model) -> bool:
         recipe = fitting.choose_recipe(model, encodings.of(model.encoding))
@@ -247,16 +241,21 @@ def require_trainable(
 ) -> None:
     """Refuse models of vibration that can't be built for the samples there will be.
 
+    A user's own network is not tried.
+
     Raises
     ------
     InputError
         Naming what is too few or too many, before anything is trained.
     """
     for model in models:
-        sources = data.find_sources(model, encodings)
-        if len(sources) == 1 and sources[0].encoding.of_vibration and recordings:
-            samples = data.encode(recordings[0], sources[0], cut)
-            require_buildable(model, samples, sources[0].encoding)
+        source, *others = data.find_sources(model, encodings)
+        if not source.encoding.of_vibration or others or not recordings:
+            continue
+        samples = data.encode(recordings[0], source, cut)
+        if isinstance(model.classifier, str) and fitting.learns_in_a_loop(model):
+            shape = source.encoding.seen(samples.values[:1]).shape[1:]
+            new_classifier(model, samples, source.encoding, shape, n_classes=2)
 
 
 def read_lengths(given: object) -> tuple[int, ...]:
@@ -380,7 +379,7 @@ class Evaluation:
             **self._describe_data(),
             "afferents": __version__,
             **({"n_used": n_used} if some else {}),
-            OPTIONS: self.options.further(),
+            OPTIONS: {k: v for k, v in self.options.given().items() if k not in IN_SUMMARY},
             "skipped": [{"recording": n, "reason": why} for n, why in self.skipped.items()],
             **data.data_quality(recordings),
             **named_by_spacing(recordings),
@@ -391,7 +390,7 @@ class Evaluation:
         options, given = self.options, self.options.given()
         names = "split", "control", "penalty", "statistics", "disturb", "disturb_training"
         chosen = {name: given.get(name) for name in names}
-        chosen |= {"recipe": options.recipe.describe()}
+        chosen |= {"recipe": options.recipe.changed}
         chosen |= {"steady_s": options.steady and list(options.steady)}
         return {
             "schema": SCHEMA,
@@ -417,7 +416,8 @@ class Evaluation:
         InputError
             If a model is an object of this process, which no other one can find.
         """
-        if objects := [m.name for m in rows.listed(self.options.models) if isinstance(m, Model)]:
+        wanted = rows.list_wanted(self.options.models)
+        if objects := [model.name for model in wanted if isinstance(model, Model)]:
             raise InputError(
                 f"--cluster: expected models by name, or as FILE.py:NAME, which workers can read, "
                 f"found the object {objects[0]}; give the file that it is made in"

@@ -28,22 +28,9 @@ from afferents.errors import InputError, reading
 from afferents.files import write_json
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption
-from afferents.folds.held_out import (
-    SPEED,
-    Amount,
-    Count,
-    Group,
-    GroupName,
-    Share,
-    Shares,
-    Speed,
-    Split,
-    SplitName,
-    Steady,
-    key_of,
-    split_named,
-)
+from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName, key_of, split_named
 from afferents.folds.protocol import ProtocolName
+from afferents.forms import Amount, Count, Share, Shares, Speed, Steady
 from afferents.models.card import Source
 from afferents.models.model import MODEL_NAME
 from afferents.plugins import import_extra

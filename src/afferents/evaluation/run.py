@@ -8,7 +8,7 @@ import itertools
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -20,7 +20,7 @@ import torch
 from joblib import cpu_count
 
 from afferents import dims, parallel
-from afferents.encodings.samples import Samples, list_textures
+from afferents.encodings.samples import Samples
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation import controls, data, fold_files, plan
@@ -35,10 +35,10 @@ from afferents.folds import splits
 from afferents.folds.held_out import Group, key_of
 from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models import fitting
-from afferents.models.checkpoint import Checkpoint
 from afferents.models.fitted import Fitting, Part, predict_alone
 from afferents.models.folder import dump_weights
 from afferents.models.hardware import is_out_of_memory
+from afferents.models.learner import Checkpoint
 from afferents.models.model import Model, list_names
 from afferents.outputs import writing_alone
 from afferents.progress import Progress
@@ -77,7 +77,7 @@ def run_evaluation(
     _note_limits(evaluation, able, everything, progress)
     skipped = _find_skipped(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
-    _require_enough(evaluation, recordings)
+    groups = _choose_groups(evaluation, recordings)
     plan.require_trainable(able, recordings, evaluation.encodings, options.cut)
     tested = options.ablation.tested(data.join_recordings(evaluation.opened))
     evaluation = replace(evaluation, skipped=skipped, tested=tested)
@@ -88,7 +88,13 @@ def run_evaluation(
         fold_files.check_results_folder(out, config)
         remove_partials(out)
         fold_files.keep_own_models(out, able, evaluation.encodings)
-        keys = plan_folds(evaluation, able, recordings)
+        keys = [
+            FoldKey.of(model.name, protocol.name, seed, group, options.by)
+            for model in able
+            for protocol in options.protocols
+            for seed in options.seeds
+            for group in groups
+        ]
         all_finished = all(finished(out, key) for key in keys)
         workers = options.workers or cpu_count()
         if options.cluster is not None and not all_finished:
@@ -97,18 +103,19 @@ def run_evaluation(
         known = all_finished and (out / SUMMARY).is_file() and read_summary(out).controls
         # On this machine those models run side by side that share samples, which are all in memory;
         # a cluster's workers read what they need, so that none waits for the last of a group.
-        groups = [able]
+        together = [able]
         if options.cluster is None:
             by_source = itertools.groupby(able, lambda m: find_sources(m, evaluation.encodings))
-            groups = [list(group) for _, group in by_source]
-        for group in groups:
-            _run_group(evaluation, group, recordings, progress)
+            together = [list(models) for _, models in by_source]
+        for models in together:
+            its = [key for key in keys if key.model in {model.name for model in models}]
+            _run_group(evaluation, models, its, recordings, progress)
         write_json(out / CONFIG, config)
         if known:
             about["controls"] = known
         elif quick_controls and options.control == "none":
             about |= controls.ask_controls(evaluation, recordings, progress)
-        return _summarise_folder(evaluation, recordings, about)
+        return _summarise_folder(evaluation, groups, recordings, about)
 
 
 def _note_limits(
@@ -139,15 +146,15 @@ def _find_skipped(
     InputError
         If there is one and `keep_going` is not set.
     """
-    options, encodings = evaluation.options, evaluation.encodings
+    options, how = evaluation.options, evaluation.encodings
     skipped = {name: why for one in evaluation.opened for name, why in one.failed.items()}
-    sources = dict.fromkeys(source for model in models for source in find_sources(model, encodings))
-    for responses, source in itertools.product(recordings, sources):
+    sources = dict.fromkeys(source for model in models for source in find_sources(model, how))
+    for responses, (channel, encoding) in itertools.product(recordings, sources):
         try:
-            require_within(responses, source.channel.made_of, options.steady)
-            data.kept_part(responses, source, options.cut)
-            if source.encoding.of_vibration or options.keep_going:
-                store.read_whole(responses, source.channel.made_of)
+            require_within(responses, channel.made_of, options.steady)
+            encoding.kept(responses, channel.made_of, channel.lookback, options.cut)
+            if encoding.of_vibration or options.keep_going:
+                store.read_whole(responses, channel.made_of)
             if options.keep_going and dims.DETECTED in responses:
                 store.read_whole(responses, dims.DETECTED)
         except AfferentsError as error:
@@ -157,8 +164,15 @@ def _find_skipped(
     return skipped
 
 
-def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> None:
-    """Refuse too few textures or groups, and a texture that is not left when a group is out."""
+def _choose_groups(evaluation: Evaluation, recordings: Sequence[Responses]) -> list[Group]:
+    """Return the groups, by default speeds, that are held out in turn.
+
+    Raises
+    ------
+    InputError
+        If there are too few textures or groups, a texture is not left when a group is out, or
+        groups were requested that there are none of.
+    """
     textures, split = store.textures_of(recordings), evaluation.options.by
     if len(textures) < 2:
         found = ", ".join(textures) or "none"
@@ -180,89 +194,55 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         )
     for texture in textures:
         its = [r for r in recordings if str(r.attrs[dims.TEXTURE]) == texture]
-        groups = split.groups_of(its)
-        for group in groups:
-            if split.sharing(np.array(groups), group).all():
+        its_groups = split.groups_of(its)
+        for group in its_groups:
+            if split.sharing(np.array(its_groups), group).all():
                 raise InputError(
                     f"the data: expected each texture in at least 2 {split.many}, so that it is "
                     f"learnt from when one is held out, found {texture} in {split.printed(group)} "
                     "alone; record it again, leave it out with --textures, or hold out something "
                     "else"
                 )
-
-
-def plan_folds(
-    evaluation: Evaluation, models: Sequence[Model], recordings: Sequence[Responses]
-) -> list[FoldKey]:
-    """Return the folds of all models, protocols, seeds and groups to be held out."""
-    options, groups = evaluation.options, _held_out_groups(evaluation, recordings)
-    return [
-        FoldKey.of(model.name, protocol.name, seed, group, options.by)
-        for model in models
-        for protocol in options.protocols
-        for seed in options.seeds
-        for group in groups
-    ]
-
-
-def _held_out_groups(evaluation: Evaluation, recordings: Sequence[Responses]) -> list[Group]:
-    """Return the groups, by default speeds, that are held out in turn, or refuse unknown ones."""
-    split, wanted = evaluation.options.by, evaluation.options.held_out
-    there = split.groups_of(recordings)
-    split.require(wanted, there, "--held-out")
-    return [group for group in there if group in wanted or not wanted]
+    wanted = evaluation.options.held_out
+    split.require(wanted, groups, "--held-out")
+    return [group for group in groups if group in wanted or not wanted]
 
 
 def _run_group(
     evaluation: Evaluation,
     models: Sequence[Model],
+    keys: Sequence[FoldKey],
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> None:
-    """Train and test some models where not finished yet."""
-    keys = plan_folds(evaluation, models, recordings)
+    """Train and test the folds of some models where not finished yet, here or on a cluster.
+
+    Here all of the models learn from the same samples.
+    """
     missing = [key for key in keys if not finished(evaluation.out, key)]
     # What has failed comes last: nothing waits for it to fail again.
     missing.sort(key=lambda key: key.mark(evaluation.out, "failed").is_file())
     done = len(keys) - len(missing)
-    finishing = _run_jobs(evaluation, models[0], missing, recordings, progress)
-    with progress.task(", ".join(model.title for model in models), len(keys)) as mark:
-        mark(done)
-        for key in finishing:
-            done += 1
-            mark(done, f"{key.protocol}, {key.split.printed(key.held_out)} held out")
-
-
-def _run_jobs(
-    evaluation: Evaluation,
-    model: Model,
-    keys: Sequence[FoldKey],
-    recordings: Sequence[Responses],
-    progress: Progress,
-) -> Iterator[FoldKey]:
-    """Run jobs here, where all learn from the same samples, or on a cluster; yield the finished.
-
-    Parameters
-    ----------
-    model
-        Any whose samples they are.
-    """
-    if not keys:
-        return
     # A folder that any process finds, wherever it was started.
     evaluation = replace(evaluation, out=evaluation.out.resolve(), opened=())
     cluster, workers = evaluation.options.cluster, evaluation.options.workers
-    if cluster is not None:
-        sent = evaluation.to_json()
-        far = [(sent, key.model_dump_json(by_alias=True)) for key in keys]
-        done = parallel.on_cluster(run_far_job, far, cluster, evaluation.out)
-        yield from map(FoldKey.model_validate_json, done)
-        return
-    sources = find_sources(model, evaluation.encodings)
-    samples = encode_samples(evaluation, sources, recordings, progress, workers)
-    _open_again(evaluation)  # hours may have gone by: samples of changed data are refused
-    jobs = ((evaluation, key, samples) for key in keys)
-    yield from parallel.side_by_side(run_job, jobs, workers, progress.note)
+    with progress.task(", ".join(model.title for model in models), len(keys)) as mark:
+        mark(done)
+        finishing: Iterable[FoldKey] = ()
+        if missing and cluster is not None:
+            sent = evaluation.to_json()
+            far = [(sent, key.model_dump_json(by_alias=True)) for key in missing]
+            found = parallel.on_cluster(run_far_job, far, cluster, evaluation.out)
+            finishing = map(FoldKey.model_validate_json, found)
+        elif missing:
+            sources = find_sources(models[0], evaluation.encodings)
+            samples = encode_samples(evaluation, sources, recordings, progress, workers)
+            _open_again(evaluation)  # hours may have gone by: samples of changed data are refused
+            jobs = ((evaluation, key, samples) for key in missing)
+            finishing = parallel.side_by_side(run_job, jobs, workers, progress.note)
+        for key in finishing:
+            done += 1
+            mark(done, f"{key.protocol}, {key.split.printed(key.held_out)} held out")
 
 
 def run_job(evaluation: Evaluation, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
@@ -424,9 +404,8 @@ def train_and_test(
     facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone
     facts |= key.content() | {"leaks": leaks[0].describe(key.split)}
     predictions = fold_files.predictions_table(
-        key, lead.samples, lead.fold, fitted.probabilities, list_textures(lead.samples),
-        fitted.speed_mm_s,
-    )  # fmt: skip
+        key, lead.samples, lead.fold, fitted.probabilities, fitted.speed_mm_s
+    )
     return FoldFacts.model_validate(facts), predictions, dump_weights(fitted.classifier)
 
 
@@ -449,21 +428,24 @@ def _naming(key: FoldKey) -> Iterator[None]:
 
 
 def _summarise_folder(
-    evaluation: Evaluation, recordings: Sequence[Responses], about: Mapping[str, Any]
+    evaluation: Evaluation,
+    groups: Sequence[Group],
+    recordings: Sequence[Responses],
+    about: Mapping[str, Any],
 ) -> Summary:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
-    Folds of other groups than those to be held out are left aside.
-
     Parameters
     ----------
+    groups
+        That are held out in turn; folds of others are left aside.
     about
         From `Evaluation.about`, and what else is known.
     """
-    out, groups = evaluation.out, _held_out_groups(evaluation, recordings)
+    out = evaluation.out
     keys = [key for key in fold_files.finished_keys(out) if key.held_out in groups]
     n_folds = Counter((key.model, key.protocol, key.seed) for key in keys)
     complete = [k for k in keys if n_folds[k.model, k.protocol, k.seed] == len(groups)]
-    held_out = {evaluation.options.by.groups: groups}
+    held_out = {evaluation.options.by.groups: list(groups)}
     everything = {**about, **held_out, **fold_files.describe_own_models(out)}
     return summarise(out, complete, store.textures_of(recordings), everything)

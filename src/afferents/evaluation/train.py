@@ -1,6 +1,6 @@
 """One model to keep and run live: trained on all speeds but one, calibrated on it, with a card."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -38,37 +38,18 @@ from afferents.store.trimming import require_within, set_steady
 from afferents.version import __version__
 
 
-@dataclass(frozen=True)
-class Training:
-    """What is trained and how.
-
-    Attributes
-    ----------
-    options
-        What was chosen; of its split one group is not learnt from, and calibrates the model.
-    results
-        Results folder whose scores the card is to carry; None for 'not evaluated'.
-    """
-
-    data: OpenedData
-    model: Model
-    encodings: Encodings
-    options: TrainingOptions = field(default_factory=TrainingOptions)
-    seed: int = 0
-    results: Path | None = None
-
-    @property
-    def source(self) -> Source:
-        """What the model's samples are made of, and how."""
-        return find_sources(self.model, self.encodings)[0]
-
-    @property
-    def recipe(self) -> str:
-        """Name of the recipe that the model's network is trained by."""
-        return fitting.choose_recipe(self.model, self.source.encoding)
-
-
-def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
+def train_model(
+    data: OpenedData,
+    model: Model,
+    out: Path,
+    options: TrainingOptions,
+    progress: Progress,
+    *,
+    encodings: Encodings | None = None,
+    seed: int = 0,
+    results: Path | None = None,
+    force: bool = False,
+) -> Card:
     """Train a model and write its folder, whole or not at all; return its card.
 
     The weights learn from all speeds (or groups of another split) but the middle one, which stops
@@ -77,6 +58,12 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
 
     Parameters
     ----------
+    options
+        What was chosen; of its split one group is not learnt from, and calibrates the model.
+    encodings
+        How samples are made; None for what suits the data.
+    results
+        Results folder whose scores the card is to carry; None for 'not evaluated'.
     force
         Whether a model that was written there before may be replaced.
 
@@ -88,34 +75,28 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     AfferentsError
         If the loss is no longer a number.
     """
-    model, options, source = training.model, training.options, training.source
-    if not can_run_live(model):
-        able = ", ".join(name for name, other in MODELS.items() if can_run_live(other))
-        raise InputError(
-            f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
-            f"found '{model.name}'"
-        )
-    require_free(
-        out, folder.is_model_folder, force=force, reads=[training.data.origin.data_set.path]
-    )
-    recordings = set_steady(training.data.responses, options.steady)
-    _require_trainable(training, recordings)
-    scores = read_scores(training) if training.results else ()
+    encodings = encodings or data.encodings
+    source, *_ = find_sources(model, encodings)
+    recipe = fitting.choose_recipe(model, source.encoding)
+    require_free(out, folder.is_model_folder, force=force, reads=[data.origin.data_set.path])
+    recordings = set_steady(data.responses, options.steady)
+    _require_live(model, encodings, recordings, options)
+    scores = () if results is None else read_scores(results, model, data, source, options, recipe)
     # What can't be put down in the card is refused before anything is learnt.
     classifier = model.classifier
     if not isinstance(classifier, str):  # of an estimator its class
         classifier = reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
     channel, encoding = name_of_channel(source.channel), describe_encoding(source.encoding)
-    sensor = describe_sensor(training.data, source)
+    sensor = describe_sensor(data, source)
     samples = encode_all(
         recordings, source, options.cut, progress, corruption=options.disturb_training
     )
     samples = options.by.labelled(samples, recordings)
     fold, textures = hold_out_the_middle(samples, options.by), list_textures(samples)
     torch.set_num_threads(1)
-    config, part = options.training(training.recipe), Part(samples, fold, source.encoding)
+    config, part = options.training(recipe), Part(samples, fold, source.encoding)
     with progress.task("training", 1) as mark:
-        network, learnt = fitting.fit_once(model, part, config, training.seed, mark)
+        network, learnt = fitting.fit_once(model, part, config, seed, mark)
         mark(1)
     deployed = Deployed(network.cpu(), len(textures), learnt.scale).eval()
     own = folder.find_own_types(deployed.network)
@@ -138,13 +119,13 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=options.preset if fitting.learns_in_a_loop(model) else None,
-        recipe=dict(options.recipe.of_network(training.recipe)),
+        recipe=options.recipe.changed.get(recipe, {}),
         statistics=options.statistics,
-        seed=training.seed,
+        seed=seed,
         **groups,
         steady_s=options.steady,
         disturb_training=options.disturb_training,
-        data=(training.data.origin.model_dump(),),
+        data=(data.origin.model_dump(),),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
@@ -156,21 +137,20 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     return card
 
 
-def can_run_live(model: Model) -> bool:
-    """Return whether a model can be trained to be kept: its channel, encoding, classifier can."""
-    if model.parts or not get_classifier(model.classifier).deployable:
-        return False
-    channel, encoding = find_sources(model, Encodings())[0]
-    return channel.runs_live and encoding.runs_live
-
-
-def _require_trainable(training: Training, recordings: list[Responses]) -> None:
-    """Refuse data that don't support the model, and options that make no sense for it."""
-    model, encodings, options = training.model, training.encodings, training.options
+def _require_live(
+    model: Model, encodings: Encodings, recordings: Sequence[Responses], options: TrainingOptions
+) -> None:
+    """Refuse a model that can't be kept, data that don't support it, and options that don't fit."""
+    if not can_run_live(model):
+        able = ", ".join(name for name, other in MODELS.items() if can_run_live(other))
+        raise InputError(
+            f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
+            f"found '{model.name}'"
+        )
     plan.require_support([model], recordings, may_leave_out=False)
     plan.require_options([model], encodings, recordings, options)
     options.by.groups_of(recordings)
-    channel, encoding = training.source
+    ((channel, encoding),) = find_sources(model, encodings)
     if encoding.step != 1:
         raise InputError(
             f"encodings: expected every frame, as a live model takes, found one of {encoding.step}"
@@ -180,7 +160,22 @@ def _require_trainable(training: Training, recordings: list[Responses]) -> None:
     plan.require_trainable([model], recordings, encodings, options.cut)
 
 
-def read_scores(training: Training) -> tuple[Score, ...]:
+def can_run_live(model: Model) -> bool:
+    """Return whether a model can be trained to be kept: its channel, encoding, classifier can."""
+    if model.parts or not get_classifier(model.classifier).deployable:
+        return False
+    channel, encoding = find_sources(model, Encodings())[0]
+    return channel.runs_live and encoding.runs_live
+
+
+def read_scores(
+    results: Path,
+    model: Model,
+    data: OpenedData,
+    source: Source,
+    options: TrainingOptions,
+    recipe: str,
+) -> tuple[Score, ...]:
     """Return what a results folder holds of the model, `nested` first.
 
     Raises
@@ -188,19 +183,16 @@ def read_scores(training: Training) -> tuple[Score, ...]:
     InputError
         If it holds nothing of it.
     """
-    assert training.results is not None
-    results, options = load_results(training.results), training.options
-    summary, config = results.found, results.config
-    found = summary.models.get(training.model.name, {})
+    evaluated, encoding = load_results(results), source.encoding
+    summary, config = evaluated.found, evaluated.config
+    found = summary.models.get(model.name, {})
     if not found:
         raise InputError(
-            f"{training.results}: expected a finished evaluation of {training.model.name}, found "
-            f"of {', '.join(summary.models) or 'nothing'}; evaluate it there, or leave out "
-            "--results"
+            f"{results}: expected a finished evaluation of {model.name}, found of "
+            f"{', '.join(summary.models) or 'nothing'}; evaluate it there, or leave out --results"
         )
-    encoding = training.source.encoding
     same_data = (
-        [data["fingerprint"] for data in config["data"]] == [training.data.origin.fingerprint]
+        [one["fingerprint"] for one in config["data"]] == [data.origin.fingerprint]
         and not {"ablation", "control", "penalty", "statistics"} & config.keys()
         and config["cut"] == options.cut
         and config.get("disturb_training", {}) == options.disturb_training.describe()
@@ -222,7 +214,7 @@ def read_scores(training: Training) -> tuple[Score, ...]:
             same_data=same_data,
             disturb=summary.disturb,
             disturb_training=summary.disturb_training,
-            recipe=summary.recipe.get(training.recipe, {}),
+            recipe=summary.recipe.get(recipe, {}),
             **worst,
         )
         scores.append(score)
@@ -337,8 +329,10 @@ def train(
         encodings = opening.choose_encodings(opened, chosen.cut, chosen.encoding, chosen.steady)
         opening.note_choice(opened, [one], encodings, progress)
         place = None if results is None else Path(results)
-        training = Training(opened[0], one, encodings, chosen, seed, place)
-        return train_model(training, Path(out), progress, force)
+        return train_model(
+            opened[0], one, Path(out), chosen, progress,
+            encodings=encodings, seed=seed, results=place, force=force,
+        )  # fmt: skip
 
 
 def load_model(model: Place) -> Recogniser:

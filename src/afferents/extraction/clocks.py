@@ -21,7 +21,7 @@ from afferents.errors import InputError
 from afferents.markers.session_sensors import Sensors
 from afferents.markers.track import track_markers
 from afferents.recordings.session import Session
-from afferents.store.logged import Lag
+from afferents.store.log import Lag
 
 Floats = NDArray[np.float64]
 

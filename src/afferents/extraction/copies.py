@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents import dims
-from afferents.markers.rest_report import rest_sentences
+from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
@@ -52,24 +52,16 @@ def make_notes(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
     """Return what is to be reported of recordings, by the attributes of their responses."""
     issues = {name: found for name, one in attributes.items() if (found := issues_in(one))}
     of_force = force_sentences(str(one.get(NORMAL, "")) for one in attributes.values())
-    return Notes(issues, copies_among(attributes), rest_sentences(attributes), of_force)
-
-
-def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Copy]:
-    """Return which recordings seem to be copies, by the fingerprints in their attributes."""
-    found = {name: _fingerprint_in(one) for name, one in attributes.items()}
+    prints: dict[str, Fingerprint] = {}
+    for name, one in attributes.items():
+        try:
+            prints[name] = read(json.loads(one[FINGERPRINT]))
+        except (KeyError, TypeError, ValueError):  # there is none
+            prints[name] = {}
     labels = {
         name: (one.get(dims.TEXTURE), one.get(dims.SPEED)) for name, one in attributes.items()
     }
-    return find_copies(found, labels)
-
-
-def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
-    """Return the fingerprint in a recording's attributes, empty if none can be read."""
-    try:
-        return read(json.loads(attributes[FINGERPRINT]))
-    except (KeyError, TypeError, ValueError):
-        return {}
+    return Notes(issues, find_copies(prints, labels), rest_sentences(attributes), of_force)
 
 
 def warn(recordings: Sequence[Responses], progress: Progress) -> None:

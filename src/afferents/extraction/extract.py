@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import xarray as xr
 
-from afferents import dims
+from afferents import dims, parallel
 from afferents.channels import compute_sa1, ra1, ra2
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
@@ -26,7 +26,6 @@ from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.session_sensors import Sensors, default_sentences, find_sensors
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
-from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, require_seen, side_by_side
 from afferents.progress import Progress
 from afferents.quality.issues import parse_kinds, require_accepted
 from afferents.recordings.check import check_files, check_recording, require_own_files
@@ -36,23 +35,13 @@ from afferents.recordings.media import named
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import Session
 from afferents.recordings.session_file import SessionFile
+from afferents.store import zarr_store
 from afferents.store.drum_path import logged_path
 from afferents.store.integrity import is_group
-from afferents.store.logged import Lag
+from afferents.store.log import Lag
 from afferents.store.motion import TELL_SPEED, add_motion
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, add_issues, label
-from afferents.store.zarr_store import (
-    OtherFilesError,
-    attributes_there,
-    create_parents,
-    create_store,
-    is_whole,
-    open_responses,
-    remove_empty,
-    require_same_files,
-    write_responses,
-)
 
 
 def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str]:
@@ -87,15 +76,15 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
     with writing_alone(extraction.out, "extract"):
-        create_store(extraction.out, extraction.config(session, sensors))
+        zarr_store.create_store(extraction.out, extraction.config(session, sensors))
         declared = {r.name: describe_declaration(r, session, sensors) for r in session.recordings}
         for recording in session.recordings:
-            there = attributes_there(extraction.out / recording.name)
+            there = zarr_store.attributes_there(extraction.out / recording.name)
             if there and there.get("declared") != declared[recording.name]:
                 checksum = check_files(recording, session.declared)
-                require_same_files(extraction.out, recording.name, checksum)
+                zarr_store.require_same_files(extraction.out, recording.name, checksum)
                 remove(extraction.out / recording.name)
-        create_parents(extraction.out, [recording.name for recording in session.recordings])
+        zarr_store.create_parents(extraction.out, list(declared))
         remove_partials(extraction.out)
         for sentence in describe(lags, session.press.name) if session.press else ():
             progress.note(sentence)
@@ -104,7 +93,7 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
             with closing(outcomes):  # no process writes any more
                 return _failures(session, outcomes, extraction, progress)
         finally:
-            remove_empty(extraction.out, declared)
+            zarr_store.remove_empty(extraction.out, declared)
 
 
 def _failures(
@@ -159,8 +148,8 @@ def _outcomes(
         lags = {log.name: log.lag for r in session.recordings for log in r.beside}
         sent = json.dumps({"extraction": given, "reference": order, "files": files, "lags": lags})
         far = ((sent, recording.name) for recording in session.recordings)
-        packages = SAME + OF_RECORDINGS
-        return on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
+        packages = parallel.SAME + parallel.OF_RECORDINGS
+        return parallel.on_cluster(_try_far, far, extraction.cluster, extraction.out, packages)
     jobs = (
         (
             recording,
@@ -173,7 +162,7 @@ def _outcomes(
         )
         for recording in session.recordings
     )
-    return side_by_side(_try_one, jobs, extraction.workers, progress.note)
+    return parallel.side_by_side(_try_one, jobs, extraction.workers, progress.note)
 
 
 def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
@@ -212,13 +201,13 @@ def _try_one(recording: Recording, *others: Any) -> tuple[str, str | None]:
 
     Raises
     ------
-    OtherFilesError
+    zarr_store.OtherFilesError
         If the store holds responses of other files: to go on would mix old with new.
     """
     cv2.setNumThreads(1)
     try:
         _extract_one(recording, *others)
-    except OtherFilesError:
+    except zarr_store.OtherFilesError:
         raise
     except AfferentsError as error:
         return recording.name, str(error)
@@ -249,7 +238,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     """Return what a worker extracts, once for all recordings of a session."""
     found = json.loads(sent)
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
-    require_seen(found["files"])
+    parallel.require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
     session = set_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
     sensors = find_sensors(session, extraction.sensor)
@@ -265,8 +254,8 @@ def _extract_one(
 ) -> None:
     """Extract a recording that the store doesn't hold; say what was made of what, and accepted."""
     checksum = check_files(recording, declared)
-    require_same_files(extraction.out, recording.name, checksum)
-    if is_whole(extraction.out, recording.name):
+    zarr_store.require_same_files(extraction.out, recording.name, checksum)
+    if zarr_store.is_whole(extraction.out, recording.name):
         return
     issues = check_recording(recording, declared, extraction.accept)
     if not extraction.vibration:
@@ -286,7 +275,7 @@ def _extract_one(
     issues += require_accepted(find_issues(recording, found), extraction.accept)
     found = add_issues(add_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)
-    write_responses(extraction.out, found)
+    zarr_store.write_responses(extraction.out, found)
 
 
 def responses_of(
@@ -414,5 +403,5 @@ def extract(
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)
-    found = open_responses(Path(out)) if is_group(Path(out)) else []
+    found = zarr_store.open_responses(Path(out)) if is_group(Path(out)) else []
     return Extracted(found, skipped)

@@ -74,6 +74,9 @@ class Ablation:
         InputError
             If one of them is not in the data.
         """
+        wanted = self.speeds_mm_s
+        if not (wanted or self.textures):
+            return list(recordings)
         there, textures = textures_of(recordings), []
         for name in self.textures:
             known = name_folder(name) if name not in there and name in tuple(LETTERS) else name
@@ -81,8 +84,7 @@ class Ablation:
                 raise InputError(f"--textures: expected some of {', '.join(there)}, found '{name}'")
             textures.append(known)
         textures = textures or there
-        SPEED.require(self.speeds_mm_s, list_speeds(recordings), "--speeds")
-        wanted = self.speeds_mm_s
+        SPEED.require(wanted, list_speeds(recordings), "--speeds")
         return [
             r
             for r in recordings

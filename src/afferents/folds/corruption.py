@@ -112,7 +112,7 @@ class Corruption:
 
     def __bool__(self) -> bool:
         """Whether it changes anything."""
-        return self.of_markers or bool(self.sound)
+        return any((self.markers, self.sound, self.frames, self.lost))
 
     def __str__(self) -> str:
         """Return it as it is typed."""

@@ -35,14 +35,8 @@ _OF_PAIR = "/"
 _ALIKE = 0.02
 """Speeds closer than this share of one another count as one: to learn from one is to see both."""
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=0)]
-Amount = Annotated[float, Field(ge=0)]
-Speed = Annotated[float, Field(gt=0)]
-Shares = tuple[Share, Share]
 GroupName = Annotated[str, Field(min_length=1)]
 SplitName = Annotated[str, Field(pattern=f"^{NAME}(,{NAME})?$")]
-Steady = tuple[Amount, Amount]
 
 
 class Split:

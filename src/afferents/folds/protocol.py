@@ -132,18 +132,3 @@ PROTOCOLS: dict[str, Protocol] = {
         refuses_leaks=False,
     ),
 }
-
-
-def protocols(name: str) -> list[Protocol]:
-    """Return the protocol of that name, or both for `both`, nested first.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown.
-    """
-    if name == "both":
-        return list(PROTOCOLS.values())
-    if name not in PROTOCOLS:
-        raise InputError(f"--protocol: expected nested, published or both, found '{name}'")
-    return [PROTOCOLS[name]]

@@ -269,10 +269,6 @@ class Leaks:
         """Return them by name; of the default split a group is called a speed."""
         return {name.replace("group", split.leaks): n for name, n in asdict(self).items()}
 
-    def __bool__(self) -> bool:
-        """Whether anything leaks."""
-        return any(asdict(self).values())
-
 
 def find_leaks(samples: Samples, fold: Fold, scaled_on: Indices) -> Leaks:
     """Count the leaks of a fold.
@@ -284,17 +280,16 @@ def find_leaks(samples: Samples, fold: Fold, scaled_on: Indices) -> Leaks:
     scaled_on
         Indices of the samples from which the scaling constant was taken, empty if none.
     """
-    groups, n_tested = fold.split.of(samples), len(fold.test)
-
-    def saw(index: Indices) -> bool:
-        return bool(fold.split.sharing(groups[index], fold.held_out).any())
-
+    shares = fold.split.sharing(fold.split.of(samples), fold.held_out)
+    learnt, chosen, scaled = (
+        bool(shares[index].any()) for index in (fold.train, fold.validation, scaled_on)
+    )
     return Leaks(
-        n_tested * saw(fold.train),
-        n_tested * saw(fold.validation),
+        len(fold.test) * learnt,
+        len(fold.test) * chosen,
         overlapping(samples, fold.test, fold.train),
         overlapping(samples, fold.test, fold.validation),
-        saw(scaled_on),
+        scaled,
     )
 
 
@@ -306,12 +301,10 @@ def refuse_leaks(leaks: Leaks, fold: Fold) -> None:
     LeakageError
         Naming the kinds of leak.
     """
-    if leaks:
-        named = leaks.describe(fold.split)
-        kinds = ", ".join(f"{name} {value}" for name, value in named.items() if value)
+    if kinds := [f"{name} {n}" for name, n in leaks.describe(fold.split).items() if n]:
         raise LeakageError(
             f"held-out {fold.split.named(fold.held_out)}: expected nothing of it seen before the "
-            f"test under the nested protocol, found {kinds}"
+            f"test under the nested protocol, found {', '.join(kinds)}"
         )
 
 

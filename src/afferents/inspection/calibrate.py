@@ -13,7 +13,7 @@ from afferents.files import Place, has_mark, is_our_picture, require_free, write
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.detect import find_markers
 from afferents.markers.estimate import looks
-from afferents.markers.rest_report import BITS, STALE, start_sentences
+from afferents.markers.rest import BITS, STALE, start_sentences
 from afferents.markers.sensor import WHOLE, DiscDetector, Picture, Sensor, load_sensor
 from afferents.markers.suspects import count_in_fields
 from afferents.progress import printable

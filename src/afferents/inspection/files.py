@@ -1,5 +1,6 @@
 """What is in a video or a wav file, and whether it is sound."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,13 +34,35 @@ PICTURED_S = 10.0
 
 @dataclass
 class Inspection:
-    """Sentences about a source, problems found, pictures drawn, and facts for scripts."""
+    """What was found in a source.
+
+    Attributes
+    ----------
+    problems
+        What it can't be used with.
+    pictures
+        Files that were drawn.
+    facts
+        For scripts.
+    topics
+        Sentences by what they are about.
+    """
 
     source: str
-    sentences: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
+    topics: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, topic: str, sentences: Iterable[str]) -> None:
+        """Add sentences on a topic; empty ones are left out."""
+        if some := list(filter(None, sentences)):
+            self.topics.setdefault(topic, []).extend(some)
+
+    @property
+    def sentences(self) -> list[str]:
+        """All sentences."""
+        return [sentence for its in self.topics.values() for sentence in its]
 
 
 def inspect_video(
@@ -54,23 +77,24 @@ def inspect_video(
     video = open_clip(path, None if fps_hz is None else parse_rate(fps_hz))
     found = Inspection(str(path), facts={"video": video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
-    found.sentences.append(
-        f"Video of {declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
-    )
+    every = f"{declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
+    found.add("Video", [f"Video of {every}"])
     why = f"The sensor file given is '{sensor.name}'." if sensor else ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
-    found.sentences += [why, *sound_within([path])]
+    found.add("Sensor", [why])
+    found.add("Sound", sound_within([path]))
     watched = VideoWithProgress(video, progress)
     footage = Footage(watched)
     tracks = track_markers(footage, sensor)
     steps_ms = 1000 * np.diff(tracks[dims.TIME].values)
-    every = f"Frames come every {np.median(steps_ms):.2f} ms (median, container's times)."
-    found.sentences += [*describe(tracks), *([every] if len(steps_ms) else [])]
+    if len(steps_ms):
+        every = f"Frames come every {np.median(steps_ms):.2f} ms (median, container's times)."
+        found.add("Video", [every])
+    found.add("Markers", describe(tracks))
     issues = find_video_issues(footage, tracks)
-    for issue in issues:
-        slides = " This is so only if the drum slides here." if issue.is_refused else ""
-        found.sentences.append(issue.sentence + slides)
+    slides = " This is so only if the drum slides here."
+    found.add("Doubts", [issue.sentence + slides * issue.is_refused for issue in issues])
     quality = {} if dims.of_cells(tracks) else asdict(measure_quality(tracks))
     found.facts |= {name: None if value != value else value for name, value in quality.items()}
     found.facts |= {"issues": {issue.kind: issue.found for issue in issues}}
@@ -116,15 +140,13 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
     audio = WavFile(path, header.n_channels - 1)
     seconds = audio.n_samples / audio.sample_rate_hz
     found = Inspection(str(path))
-    found.sentences.append(
-        f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s; "
-        f"channel {audio.n_channels} is used as the sensor's."
-    )
+    held = f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s"
+    found.add("Sound", [f"{held}; channel {audio.n_channels} is used as the sensor's."])
     samples = audio.samples()
     numbers = samples[np.isfinite(samples)]
     if len(numbers):
         level = measure_level(numbers[:, np.newaxis])
-        found.sentences.append(f"Peak {level.peak:.3g}, RMS {level.rms:.3g} of full scale.")
+        found.add("Sound", [f"Peak {level.peak:.3g}, RMS {level.rms:.3g} of full scale."])
     found.facts = {
         "channels": audio.n_channels,
         "sample_rate_hz": audio.sample_rate_hz,
@@ -139,7 +161,7 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
         if issue.is_refused:
             found.problems.append(str(issue.error))
         else:
-            found.sentences.append(issue.sentence)
+            found.add("Doubts", [issue.sentence])
     found.pictures = [draw_vibration(audio.read(), path.name, out)]
     return found
 

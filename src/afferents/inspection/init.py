@@ -10,10 +10,10 @@ from afferents.errors import InputError, reading, then
 from afferents.files import Place, has_mark, require_free, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.quality.lasting import EDGE_S
+from afferents.recordings.check import RATE_TOLERANCE
 from afferents.recordings.data_sets import read_session, readers
 from afferents.recordings.described import DATA_SET_FILE, Described
 from afferents.recordings.draft import find_tables, guess_data_set
-from afferents.recordings.frame_rate import RATE_TOLERANCE
 from afferents.recordings.guess import Guess, guess_recordings, guess_rule
 from afferents.recordings.layouts import published
 from afferents.recordings.media import find_media, is_sound, named

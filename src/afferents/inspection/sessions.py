@@ -89,12 +89,12 @@ def inspect_recordings(
     with in_a_sentence(source):
         session = data_set.scan()
     found = Inspection(source)
-    found.sentences += [grid_sentence(session), *data_set.describe(session)]
-    found.sentences += reference_sentences(session, sensor)
+    found.add("Recordings", [grid_sentence(session), *data_set.describe(session)])
+    found.add("Reference", reference_sentences(session, sensor))
     sensors = None
     if isinstance(session, sessions.Session):
         sensors = find_sensors(session, sensor)
-        found.sentences += default_sentences(session, sensor)
+        found.add("Sensor", default_sentences(session, sensor))
     jobs = [
         (recording, data_set, sensors.of(recording) if sensors else None)
         for recording in session.recordings
@@ -108,18 +108,20 @@ def inspect_recordings(
     found.problems += [problem for look in in_order for problem in look.problems]
     names = [recording.name for recording in session.recordings]
     lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
-    found.sentences += length_sentences(rows, len(jobs))
-    found.sentences += filter(None, [describe_lost(summarise_lost(lost))])
+    found.add("Lengths", length_sentences(rows, len(jobs)))
+    found.add("Markers", [describe_lost(summarise_lost(lost))])
     of_paper = [
         look.row
         for look, recording in zip(in_order, session.recordings, strict=True)
         if look.row is not None and recording.named_by_spacing
     ]
-    found.sentences += table_sentences(session) or too_short_sentences(of_paper)
+    found.add("Tables", table_sentences(session))
+    if "Tables" not in found.topics:
+        found.add("Lengths", too_short_sentences(of_paper))
     issues = {name: look.issues for name, look in zip(names, in_order, strict=True)}
-    found.sentences += describe_issues(issues)
+    found.add("Doubts", describe_issues(issues))
     try:
-        found.sentences += log_sentences(session)
+        found.add("Logs", log_sentences(session))
         if not found.problems and isinstance(session, sessions.Session):
             require_rates_that_agree(session, session.declared)
     except InputError as error:

@@ -97,17 +97,17 @@ def inspect_responses(
     """Report what responses a data set holds, and how steady its tactile images are."""
     found = Inspection(source, facts={"config": dict(data_set.config())})
     names = sorted({str(name) for r in recordings for name in r.data_vars})
-    found.sentences.append(
-        f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
-    )
+    held = f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
+    found.add("Recordings", [held])
     notes = make_notes({str(r.attrs["name"]): r.attrs for r in recordings})
-    found.sentences += [*notes.sentences, *series_sentences(recordings), *notes.of_force]
+    found.add("Extraction", notes.sentences)
+    found.add("Motion", [*series_sentences(recordings), *notes.of_force])
     lost = {
         str(responses.attrs["name"]): share_lost(responses[dims.DETECTED], responses.attrs)
         for responses in recordings
         if dims.DETECTED in responses
     }
-    found.sentences += filter(None, [describe_lost(summarise_lost(lost))])
+    found.add("Markers", [describe_lost(summarise_lost(lost))])
     found.problems += [
         f"{name}: {100 * share:.1f}% of marker positions are lost."
         for name, share in lost.items()
@@ -115,7 +115,7 @@ def inspect_responses(
     ]
     if rows := measure_steadiness(recordings):
         found.facts["steadiness"] = rows
-        found.sentences.append(recording_figures.steadiness_sentence(rows, APART))
+        found.add("Steadiness", [recording_figures.steadiness_sentence(rows, APART)])
         figure = recording_figures.steadiness_figure(
             rows, APART, f"{source}, middle of each recording"
         )

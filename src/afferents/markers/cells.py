@@ -43,10 +43,10 @@ class Cells:
     ----------
     rest_position
         Middle of the pixels of each cell, (n, 2), px; it never moves.
-    present
-        That all are there, (n,).
     grid
         Their rows and columns.
+    first
+        What the first of the frames says.
 
     Raises
     ------
@@ -76,18 +76,14 @@ class Cells:
                 f"picture, found {len(self._kept)}; let keep and hide in the sensor file leave more"
             )
         self.rest_position: Positions = np.stack([self._mean(axis) for axis in (x, y)], axis=1)
-        self.present = np.ones(len(self._kept), dtype=bool)
+        self._present = np.ones(len(self._kept), dtype=bool)
         self.grid = Grid(*np.divmod(self._kept, sensor.columns), roll_deg=0.0)
-        self._first = self.step(frames[0].luma)
-
-    def at_rest(self, present: NDArray[np.bool_]) -> Tracked:
-        """Return what the rest frame says."""
-        return self._first
+        self.first = self.step(frames[0].luma)
 
     def step(self, image: GreyImage) -> Tracked:
         """Return what the next frame says: luma, (height, width), uint8."""
         off = cv2.absdiff(make_grey(image, self._levels), self._rest)
-        return Tracked(self.rest_position, self.present, self._mean(off))
+        return Tracked(self.rest_position, self._present, self._mean(off))
 
     def _mean(self, values: NDArray[np.generic]) -> NDArray[np.float64]:
         """Return the mean of what pixels show over each cell, (n,)."""

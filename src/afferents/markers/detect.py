@@ -1,6 +1,9 @@
-"""Where the markers are in one image, by OpenCV's SimpleBlobDetector or as discs.
+"""Where the markers are in one image: found as blobs or discs, undistorted, and linked to names.
 
-And where they would be for an upright camera with a lens without distortion.
+Blobs are what OpenCV's SimpleBlobDetector finds, as in the paper. Discs are found by their
+correlation with a drawn one, which knows neither brightness nor contrast: the light of an LED that
+falls off, a pool of light on the skin or a reflection next to a marker change it little, where
+cutting the image at grey levels runs the marker together with what is bright around it.
 """
 
 from functools import lru_cache
@@ -9,21 +12,36 @@ import cv2
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from afferents import dims
-from afferents.markers.discs import Found, find_discs
+from afferents.markers import kernel
 from afferents.markers.sensor import (
+    WHOLE,
     BlobDetector,
     Detector,
     DiscDetector,
     Lens,
+    Picture,
     Sensor,
 )
 from afferents.store.recording import GreyImage
 
 Positions = NDArray[np.float64]
 """Shape (n, 2): x right and y down, px, pixel centres at integers."""
+Found = tuple[Positions, NDArray[np.float64]]
+"""Centres, shape (n, 2), px, and areas, shape (n,), px^2."""
+
+SURROUND = 0.4
+"""Width of the skin round a disc that is looked at, as a share of its radius; 2 px at least."""
+FAINTEST = 6.0
+"""A disc that stands out by fewer grey levels is noise."""
+TYPICAL = 0.8
+"""Discs that correlate this well say what contrast is typical."""
+NO_BLOB = -1
+"""Index that stands for no blob."""
 
 
 def detect(image: GreyImage, sensor: Sensor) -> Positions:
@@ -95,6 +113,57 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     return centre, np.pi / 4 * diameter**2
 
 
+def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHOLE) -> Found:
+    """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
+
+    Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
+
+    Parameters
+    ----------
+    image
+        Grey image, shape (height, width), uint8.
+    within
+        Discs elsewhere are none, nor do they say what contrast is typical.
+    """
+    radius = parameters.radius_px
+    half = int(np.ceil(radius + max(2.0, SURROUND * radius)))
+    from_middle = np.hypot(*np.mgrid[-half : half + 1, -half : half + 1][::-1])
+    disc = np.clip(radius + 0.5 - from_middle, 0, 1).astype(np.float32)
+    ring = (from_middle > radius + 1).astype(np.float32)
+    if min(image.shape) < len(disc):
+        return np.zeros((0, 2)), np.zeros(0)
+    sign = np.float32(1 if parameters.blob_colour else -1)
+    grey = sign * image.astype(np.float32)
+    correlation = np.asarray(cv2.matchTemplate(grey, disc, cv2.TM_CCOEFF_NORMED), np.float32)
+    # At the image's own pixels; none where the template does not fit.
+    match = np.full(image.shape, -1, np.float32)
+    (rows, columns), (height_px, width_px) = correlation.shape, image.shape
+    top, left = (height_px - rows) // 2, (width_px - columns) // 2
+    match[top : top + rows, left : left + columns] = correlation
+    contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
+    side = 2 * int(np.ceil(radius)) + 1
+    best = cv2.dilate(match, np.ones((side, side), np.uint8))
+    row, column = np.nonzero((match == best) & (match > parameters.min_correlation))
+    shown = within.shows(np.stack([column, row], axis=1))
+    row, column = row[shown], column[shown]
+    height, score = contrast[row, column], match[row, column]
+    typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
+    stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
+    peak = np.stack([column, row], axis=1)[stands_out].astype(float)
+    n, halves = len(peak), np.full(len(peak), round(radius + 1), np.int64)
+    dark, bright, mass, centre = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
+    kernel.levels(image, peak, halves, dark, bright)
+    kernel.weigh(image, peak, dark, bright, halves, mass, kernel.working_room(halves), centre)
+    off = np.abs(centre - peak).max(axis=1) > 1
+    centre[off] = peak[off]
+    # Two pixels of one top may correlate alike: of discs on one another the best is kept.
+    score, keep = score[stands_out], np.ones(n, dtype=bool)
+    for a, b in sorted(cKDTree(centre).query_pairs(radius)) if n else ():
+        if keep[a] and keep[b]:
+            keep[b if score[a] >= score[b] else a] = False
+    return centre[keep], np.full(int(keep.sum()), np.pi * radius**2)
+
+
 def spacing_px(position: Positions) -> float:
     """Return the median distance of a marker from its nearest neighbour, px; NaN of one."""
     if len(position) < 2:
@@ -134,8 +203,6 @@ def upright_tracks(tracks: xr.Dataset, sensor: Sensor) -> xr.Dataset:
     sensor
         Without a lens and a turn it leaves them as they are.
     """
-    if sensor.lens is None and not sensor.picture.turn:
-        return tracks
     return tracks.assign(
         {
             name: tracks[name].copy(data=upright(tracks[name].values, sensor))
@@ -146,7 +213,9 @@ def upright_tracks(tracks: xr.Dataset, sensor: Sensor) -> xr.Dataset:
 
 def upright(position: Positions, sensor: Sensor) -> Positions:
     """Return where points would be without the sensor's lens, and turned upright, (..., 2), px."""
-    return turned(undistort(position, sensor.lens), sensor)
+    if sensor.lens is not None:
+        position = undistort(position, sensor.lens)
+    return turned(position, sensor) if sensor.picture.turn else position
 
 
 def turned(position: Positions, sensor: Sensor, back: bool = False) -> Positions:
@@ -165,14 +234,12 @@ _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-9)
 """Steps and px: OpenCV's own five steps leave tenths of a px at the rim of a strong lens."""
 
 
-def undistort(position: Positions, lens: Lens | None) -> Positions:
+def undistort(position: Positions, lens: Lens) -> Positions:
     """Return where points would be without distortion, shape (..., 2), px; NaN stays NaN.
 
     The models are OpenCV's: Brown's radial and tangential one, or the fish-eye one of Kannala
-    and Brandt (2006). Without a lens they are where they were.
+    and Brandt (2006).
     """
-    if lens is None:
-        return position
     camera = np.array(
         [
             [lens.focal_px[0], 0, lens.centre_px[0]],
@@ -191,3 +258,45 @@ def undistort(position: Positions, lens: Lens | None) -> Positions:
             undone = cv2.undistortImagePoints(points, camera, bent, None, _UNTIL)
         straight[seen] = undone[:, 0]
     return straight
+
+
+def link_nearest(expected: Positions, blobs: Positions, gate_px: float) -> NDArray[np.intp]:
+    """Give each marker the blob nearest to where it was: the published rule.
+
+    Several markers may get the same blob (preprocess/afferent_response.py).
+
+    Parameters
+    ----------
+    expected
+        Where the markers were last, shape (n, 2), px.
+    blobs
+        Blobs of the new frame, shape (m, 2), px.
+    gate_px
+        A blob farther than this is not taken.
+
+    Returns
+    -------
+    NDArray
+        Index of each marker's blob, shape (n,), `NO_BLOB` for none.
+    """
+    if len(blobs) == 0:
+        return np.full(len(expected), NO_BLOB, dtype=np.intp)
+    distance, index = cKDTree(blobs).query(expected)
+    return np.where(distance <= gate_px, index, NO_BLOB)
+
+
+def link_one_to_one(expected: Positions, blobs: Positions, gate_px: float) -> NDArray[np.intp]:
+    """Give each marker at most one blob and each blob to at most one marker.
+
+    Of all such links the one with the least sum of squared distances is taken, where a marker
+    without a blob costs the gate squared (Crocker & Grier 1996). Parameters and return value
+    are those of `link_nearest`.
+    """
+    index = np.full(len(expected), NO_BLOB, dtype=np.intp)
+    if len(blobs) == 0:
+        return index
+    cost = np.minimum(cdist(expected, blobs, "sqeuclidean"), gate_px**2)
+    marker, blob = linear_sum_assignment(cost)
+    linked = cost[marker, blob] < gate_px**2
+    index[marker[linked]] = blob[linked]
+    return index

@@ -179,7 +179,13 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
         found = detect(image, sensor)
     agree = min(len(centre), len(found)) / max(len(centre), len(found))
     shines = shine_px is not None and len(found) > 0 and _shine(image, found, discs)
-    return _Guess(sensor, found, typical, agree * _regularity(found), shines)
+    score = 0.0
+    if len(found) >= FEWEST:  # how many there are, and the share of those at the usual distance
+        distance = cKDTree(found).query(found, k=2)[0][:, 1]
+        usual = np.median(distance)
+        alike = float(np.mean(np.abs(distance - usual) < LIKE_SPACING * usual))
+        score = agree * (len(found) * alike**2)
+    return _Guess(sensor, found, typical, score, shines)
 
 
 def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
@@ -190,15 +196,6 @@ def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
     x, y = np.rint(found).astype(int).T
     shine = cv2.absdiff(image, plain)[y, x]
     return bool(np.median(shine) > SHINES * np.median(np.abs(marker - skin)))
-
-
-def _regularity(position: Positions) -> float:
-    """Return how many there are, times the squared share of those at the usual distance."""
-    if len(position) < FEWEST:
-        return 0.0
-    distance = cKDTree(position).query(position, k=2)[0][:, 1]
-    spacing = np.median(distance)
-    return len(position) * float(np.mean(np.abs(distance - spacing) < LIKE_SPACING * spacing)) ** 2
 
 
 def recognise_sensor(video: Video) -> tuple[Sensor, str]:

@@ -320,24 +320,9 @@ def from_neighbours(position, rest, last, neighbours, expected):
 
 @_kernel
 def look(
-    image,
-    expected,
-    step,
-    rest,
-    dark,
-    bright,
-    half,
-    mass,
-    neighbours,
-    nearest,
-    farthest,
-    light,
-    room,
-    strange,
-    predicted,
-    position,
-    found,
-):
+    image, expected, step, rest, dark, bright, half, mass, neighbours, nearest, farthest, light,
+    room, strange, predicted, position, found,
+):  # fmt: skip
     """Find all markers in a frame, where they are not far from where they are expected.
 
     Grey levels follow the picture's brightness first. Markers are looked for one step on, or
@@ -346,7 +331,7 @@ def look(
     Parameters
     ----------
     light
-        The picture's brightness in the last frame.
+        The picture's brightness in the last frame: the mean of every 16th pixel of every 16th row.
     predicted, position, found
         Filled in, as for `centroids`.
 
@@ -356,7 +341,13 @@ def look(
     place, and nothing was looked for), how many were lost as shared and as strangers, and how
     far all moved together, px.
     """
-    now = _brightness_of(image)
+    height, width = image.shape
+    total, n = 0, 0
+    for row in range(0, height, 16):
+        for column in range(0, width, 16):
+            total += image[row, column]
+            n += 1
+    now = total / n
     if now > 0 and light > 0:
         dark *= now / light
         bright *= now / light
@@ -412,18 +403,6 @@ def _summed_step(position, since):
             dy += position[i, 1] - since[i, 1]
             n += 1
     return dx, dy, n
-
-
-@_kernel
-def _brightness_of(image):
-    """Return the mean of every 16th pixel of every 16th row."""
-    height, width = image.shape
-    total, n = 0, 0
-    for row in range(0, height, 16):
-        for column in range(0, width, 16):
-            total += image[row, column]
-            n += 1
-    return total / n
 
 
 @_kernel

@@ -11,9 +11,8 @@ from scipy.spatial.distance import cdist
 
 from afferents.choices import Layout
 from afferents.errors import InputError, then
-from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.detect import NO_BLOB, Positions, link_one_to_one, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
-from afferents.markers.sheared import follow_shear
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
@@ -34,6 +33,12 @@ IN_LINE = 0.05
 """Markers whose spread across is below this share of that along stand in one line: no lattice."""
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
+_AROUND = 13
+"""In skin that shear has drawn out of shape a marker is expected where the mean of this many,
+itself among them, went."""
+_SHEAR_ROUNDS = 10
+_ADJOINING = 6
+"""The layout is also tried on the places of this many neighbours of its middle marker."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +78,14 @@ def find_layout(position: Positions) -> FoundLayout:
     length, width = np.linalg.svd(position - position.mean(axis=0), compute_uv=False)
     if width < IN_LINE * length:
         return FoundLayout("free", None, float("nan"), spacing)
-    order, roll = _hexagonal_order(position)
-    if order > ORDERED:
-        return FoundLayout("hexagonal", None, roll, spacing)
+    # How well the directions to the nearest six agree modulo 60 degrees, 0 to 1: those of a
+    # hexagonal lattice lie 60 degrees apart, those of rings anywhere.
+    distance, index = cKDTree(position).query(position, k=min(7, len(position)))
+    near = distance[:, 1:] < 1.4 * distance[:, 1:2]
+    step = (position[index[:, 1:]] - position[:, None])[near]
+    total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
+    if abs(total) > ORDERED:
+        return FoundLayout("hexagonal", None, float(np.degrees(np.angle(total)) / 6), spacing)
     # How well the distances from the middle are multiples of one distance, 0 to 1.
     ray = position - np.median(position, axis=0)
     steps = np.linspace(0.6, 1.6, 101) * spacing
@@ -90,18 +100,6 @@ def find_layout(position: Positions) -> FoundLayout:
     if rings > ORDERED or rays > ON_RAYS:
         return FoundLayout("radial", None, float("nan"), spacing)
     return FoundLayout("free", None, float("nan"), spacing)
-
-
-def _hexagonal_order(position: Positions) -> tuple[float, float]:
-    """Return how well the directions to the nearest six agree modulo 60 degrees, and the roll.
-
-    The nearest six of a hexagonal lattice lie 60 degrees apart, those of rings anywhere.
-    """
-    distance, index = cKDTree(position).query(position, k=min(7, len(position)))
-    near = distance[:, 1:] < 1.4 * distance[:, 1:2]
-    step = (position[index[:, 1:]] - position[:, None])[near]
-    total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
-    return float(abs(total)), float(np.degrees(np.angle(total)) / 6)
 
 
 def match_layout(
@@ -250,3 +248,67 @@ def carry_over(points: Positions, source: Positions, target: Positions) -> Posit
     moved = (centred[:, 0] + 1j * centred[:, 1]) * as_complex
     placed: Positions = np.stack([moved.real, moved.imag], axis=1) + target.mean(axis=0)
     return placed
+
+
+def follow_shear(placed: Positions, blobs: Positions, gate_px: float) -> Positions:
+    """Move a layout's places to where shear has carried them: each to where its neighbours went.
+
+    One turn, shift and scale places a layout whose skin is at rest. Skin that a drum has held back
+    is stretched here and squeezed there, by as much as the distance between markers where these are
+    close; but it is so alike from one marker to the next that each is found by what those around it
+    did.
+
+    A lattice fits nearly as well one step aside, all but its edge, so it is tried there too, as
+    long as more blobs get a place by it.
+
+    Parameters
+    ----------
+    placed
+        The layout under its best turn, shift and scale, shape (n, 2), px.
+    blobs
+        Shape (m, 2), px.
+    gate_px
+        A blob farther than this from where a marker is expected is not this marker.
+
+    Returns
+    -------
+    Positions
+        Where the markers are expected, shape (n, 2), px.
+    """
+    around = cKDTree(placed).query(placed, k=min(_AROUND, len(placed)))[1]
+    middle = int(((placed - placed.mean(axis=0)) ** 2).sum(axis=1).argmin())
+    adjoining = cKDTree(placed).query(placed[middle], k=min(1 + _ADJOINING, len(placed)))[1][1:]
+    aside = np.zeros(2)
+    worth, expected = _link_by_turns(placed, blobs, gate_px, around)
+    while True:
+        tried = [
+            (*_link_by_turns(placed + aside + step, blobs, gate_px, around), aside + step)
+            for step in placed[adjoining] - placed[middle]
+        ]
+        best = max(tried, key=lambda one: one[0])
+        if best[0] <= worth:
+            return expected
+        worth, expected, aside = best
+
+
+def _link_by_turns(
+    placed: Positions, blobs: Positions, gate_px: float, around: NDArray[np.intp]
+) -> tuple[tuple[int, float], Positions]:
+    """Link blobs and move each place by the mean of what those `around` it moved, by turns.
+
+    Returns
+    -------
+    How well the layout fits, to compare (blobs with a place, then how near these lie, in the
+    median), and where the markers are expected, (n, 2), px.
+    """
+    expected = placed
+    for _ in range(_SHEAR_ROUNDS):
+        blob = link_one_to_one(expected, blobs, gate_px)
+        linked = (blob != NO_BLOB)[:, None]
+        moved = np.where(linked, blobs[blob] - placed, 0.0)
+        n_linked = np.maximum(linked[around].sum(axis=1), 1)
+        expected = placed + moved[around].sum(axis=1) / n_linked
+    blob = link_one_to_one(expected, blobs, gate_px)
+    own = blob != NO_BLOB
+    off = np.hypot(*(expected[own] - blobs[blob[own]]).T)
+    return (int(own.sum()), -float(np.median(off)) if own.any() else -np.inf), expected

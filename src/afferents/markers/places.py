@@ -94,7 +94,7 @@ def make_images(values: NDArray[np.floating], row: Places, column: Places) -> Fl
     Shape (n, row, column), float32, in the values' unit.
     """
     shape = image_shape(row, column)
-    if _is_grid(row):
+    if row.dtype.kind in "iu":
         images = np.zeros((len(values), *shape), dtype=np.float32)
         images[:, row, column] = values
         return images
@@ -105,7 +105,7 @@ def make_images(values: NDArray[np.floating], row: Places, column: Places) -> Fl
 
 def image_shape(row: Places, column: Places) -> tuple[int, int]:
     """Return rows and columns of the image that markers at these places make."""
-    if _is_grid(row):
+    if row.dtype.kind in "iu":
         return int(row.max()) + 1, int(column.max()) + 1
     # The middle of the markers is that of the image.
     rows, columns = (round(float(place.min()) + float(place.max())) + 1 for place in (row, column))
@@ -115,10 +115,6 @@ def image_shape(row: Places, column: Places) -> tuple[int, int]:
 def covered(row: Places, column: Places) -> NDArray[np.bool_]:
     """Return which pixels (row, column) show markers; the others are always 0."""
     return np.asarray(make_images(np.ones((1, len(row))), row, column)[0] > 0)
-
-
-def _is_grid(row: Places) -> bool:
-    return row.dtype.kind in "iu"
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.markers.detect import spacing_px
-from afferents.markers.rest_report import start_sentences
+from afferents.markers.rest import start_sentences
 from afferents.quality.image import ImageQuality, find_light_issues
 from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
@@ -268,8 +268,20 @@ def describe(tracks: xr.Dataset) -> list[str]:
     tracks
         What `track` returns.
     """
+    attributes = tracks.attrs
+    rest = int(attributes["rest_frame"])
+    started = start_sentences({"this one": attributes})
+    stopped = [f"The video stopped early: {it}"] if (it := attributes["stopped"]) else []
     if dims.of_cells(tracks):
-        return [*_describe_cells(tracks), *_describe_stop(tracks)]
+        sa1 = tracks[dims.SA1].values
+        n_frames, n_cells = sa1[rest:].shape
+        return [
+            f"{n_cells} cells, from frame {rest}, the rest frame, through {n_frames} frames.",
+            f"SA-I is {np.nanmedian(sa1):.1f} grey levels in the median and at most "
+            f"{np.nanmax(sa1):.1f}; it tells that something touches, not how far the skin moves.",
+            *started,
+            *stopped,
+        ]
     quality = measure_quality(tracks)
     end = quality.at_end
     lost = f", {end.n_lost} are lost" if end.n_lost else ""
@@ -279,35 +291,31 @@ def describe(tracks: xr.Dataset) -> list[str]:
     )
     if end.n_lost == quality.n_markers:
         at_end = "none is found"
+    jitter = [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
+    to_look_at = {
+        "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it is "
+        "seen.": quality.n_missing,
+        "Markers lost for more than half of the time: {} (cut by the rim, hidden by a reflection, "
+        "or no markers).": quality.n_often_lost,
+        f"Markers that did not move by {STILL_PX} px while others did: {{}} (reflections or dust, "
+        "perhaps).": quality.n_still,
+        "Positions claimed by more than one marker: {}, so identities are not safe.": (
+            quality.n_shared
+        ),
+    }
     return [
         f"{quality.n_markers} markers, lost for {quality.share_lost:.1%} of the time; at the end "
         f"{at_end}.",
-        f"Followed from frame {tracks.attrs['rest_frame']}, the rest frame, through "
-        f"{quality.n_frames} frames by {tracks.attrs['method']} linking.",
+        f"Followed from frame {rest}, the rest frame, through {quality.n_frames} frames by "
+        f"{attributes['method']} linking.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
         f"{quality.largest_step_px:.1f} px from one frame to the next.",
-        *(
-            []
-            if np.isnan(quality.jitter_px)
-            else [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
-        ),
-        *start_sentences({"this one": tracks.attrs}),
+        *([] if np.isnan(quality.jitter_px) else jitter),
+        *started,
         _describe_layout(tracks),
         *_describe_audit(tracks),
-        *_describe_stop(tracks),
-        *_describe_counts(quality),
-    ]
-
-
-def _describe_cells(tracks: xr.Dataset) -> list[str]:
-    """Say how many cells there are, and how far from their grey levels at rest."""
-    rest, sa1 = int(tracks.attrs["rest_frame"]), tracks[dims.SA1].values
-    n_frames, n_cells = sa1[rest:].shape
-    return [
-        f"{n_cells} cells, from frame {rest}, the rest frame, through {n_frames} frames.",
-        f"SA-I is {np.nanmedian(sa1):.1f} grey levels in the median and at most "
-        f"{np.nanmax(sa1):.1f}; it tells that something touches, not how far the skin moves.",
-        *start_sentences({"this one": tracks.attrs}),
+        *stopped,
+        *(sentence.format(count) for sentence, count in to_look_at.items() if count),
     ]
 
 
@@ -338,12 +346,6 @@ def _describe_audit(tracks: xr.Dataset) -> list[str]:
     return sentences
 
 
-def _describe_stop(tracks: xr.Dataset) -> list[str]:
-    """Say where the video stopped, if before its end."""
-    stopped = tracks.attrs["stopped"]
-    return [f"The video stopped early: {stopped}"] if stopped else []
-
-
 def _describe_layout(tracks: xr.Dataset) -> str:
     """Say whether the markers form a grid, or at least have places in an image."""
     if dims.ROW not in tracks.coords:
@@ -355,22 +357,6 @@ def _describe_layout(tracks: xr.Dataset) -> str:
         return "They form no square grid; tactile images are interpolated between them."
     rows, columns = (int(tracks[name].max()) + 1 for name in (dims.ROW, dims.COLUMN))
     return f"They form a grid of {rows} x {columns}, rolled by {tracks.attrs['roll_deg']:.1f} deg."
-
-
-def _describe_counts(quality: TrackingQuality) -> list[str]:
-    """Name the markers that a user should look at, each kind only if it occurs."""
-    issues = {
-        "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it is "
-        "seen.": quality.n_missing,
-        "Markers lost for more than half of the time: {} (cut by the rim, hidden by a reflection, "
-        "or no markers).": quality.n_often_lost,
-        f"Markers that did not move by {STILL_PX} px while others did: {{}} (reflections or dust, "
-        "perhaps).": quality.n_still,
-        "Positions claimed by more than one marker: {}, so identities are not safe.": (
-            quality.n_shared
-        ),
-    }
-    return [sentence.format(count) for sentence, count in issues.items() if count]
 
 
 def _measure_jitter(position: NDArray[np.float64], away: Lengths) -> float:

@@ -1,8 +1,8 @@
-"""The rest frame: which markers a recording has, and in which order they are kept."""
+"""The rest frame: which markers a recording has, in which order, and what was amiss in it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,9 @@ from scipy.spatial.distance import cdist
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import InputError
-from afferents.markers.detect import Positions, detect, find_markers, turned
+from afferents.markers.detect import NO_BLOB, Positions, detect, find_markers, link_nearest, turned
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.layout import match_layout
-from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import FEWEST, Sensor
 from afferents.markers.suspects import MOST_FALSE, beyond_layout, without_false_markers
@@ -24,6 +23,11 @@ from afferents.quality.frames import mean_change, sample_pixels
 from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
+BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
+STALE, BITS = "rest_stale", "bits"
+"""Attributes of a recording's tracks that say what its rest frame showed."""
+NAMED = 3
+"""This many recordings are named in a sentence."""
 N_FRAMES = 9
 """The picture at rest is the median of this many frames: without noise, without what flickers."""
 _NONE = np.zeros((0, 2))
@@ -113,17 +117,8 @@ def _moved_px(first: Positions, image: GreyImage, sensor: Sensor, share: float =
     return float(np.quantile(cKDTree(found).query(first)[0], share)) if some else float("inf")
 
 
-def count_still(images: Sequence[GreyImage], sensor: Sensor) -> int:
-    """Return how many frames, from the first on, show the skin where the first one does."""
-    first = detect(images[0], sensor)
-    for n, image in enumerate(images[1:], start=1):
-        if _moved_px(first, image, sensor) > MOST_MOVED_PX:
-            return n
-    return len(images)
-
-
 def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImage, int]:
-    """Return the median of the frames in which the skin is still at rest, and their number.
+    """Return the median of the frames in which the skin is where the first one shows it.
 
     Parameters
     ----------
@@ -131,8 +126,18 @@ def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImag
         The rest frame and those after it, each (height, width), uint8; `N_FRAMES` are looked at.
     sensor
         Says what markers look like.
+
+    Returns
+    -------
+    tuple
+        The median, and of how many frames it is.
     """
-    n_still = count_still(images[:N_FRAMES], sensor)
+    first = detect(images[0], sensor)
+    n_still = 1
+    for image in images[1:N_FRAMES]:
+        if _moved_px(first, image, sensor) > MOST_MOVED_PX:
+            break
+        n_still += 1
     return median_picture(images[:n_still]), n_still
 
 
@@ -379,3 +384,78 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
             f"{where}: expected {declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says, "
             f"found {size[0]} x {size[1]} px; {do}"
         )
+
+
+def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
+    """Return, as attributes, how many blobs and markers there were, and how many are missing.
+
+    `rest_replaced` counts markers that were not found, and stand where the others (or, under
+    ``published``, the reference) say that they should.
+    """
+    return {
+        BLOBS: len(at_rest.position),
+        MARKERS: len(rest.position),
+        REPLACED: int((~rest.present).sum()),
+    }
+
+
+def start_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Say of recordings, by their attributes, which start with stale frames or have more bits."""
+    return [
+        *_name_recordings(
+            {name: f"{one[STALE]} frames" for name, one in attributes.items() if one.get(STALE)},
+            "the picture jumps in the first frames and then stands still, as where a camera's "
+            "buffer gives frames of an earlier run; rest is the frame after these",
+        ),
+        *_name_recordings(
+            {
+                name: f"{one[BITS]} bits"
+                for name, one in attributes.items()
+                if 8 < one.get(BITS, 8) < 16
+            },
+            "no pixel of its 16-bit images uses more, so this counts as the camera's depth",
+        ),
+    ]
+
+
+def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Say of recordings, by the attributes of their tracks, what was amiss in their rest frames.
+
+    There is nothing on those in which every blob was one marker.
+    """
+    known = {name: one for name, one in attributes.items() if BLOBS in one}
+    published = {name: one for name, one in known.items() if one.get("method") == "published"}
+    others = {name: one for name, one in known.items() if name not in published}
+    return [
+        *start_sentences(known),
+        *_name_recordings(
+            {n: f"{o[BLOBS]} blobs" for n, o in published.items() if o[BLOBS] != o[MARKERS]},
+            "the rest frame shows another number of blobs than markers; each marker took the "
+            "nearest, as the published code does",
+        ),
+        *_name_recordings(
+            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in published.items() if o[REPLACED]},
+            "markers farther from the reference clip's than the gate were put where those are, as "
+            "the published code does; their SA-I counts from where they are not (the other "
+            "trackers don't do so)",
+        ),
+        *_name_recordings(
+            {n: f"{o[BLOBS]} for {o[MARKERS]}" for n, o in others.items() if o[BLOBS] > o[MARKERS]},
+            "the rest frame shows blobs that the sensor's layout has no place for; they were left "
+            "out",
+        ),
+        *_name_recordings(
+            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in others.items() if o[REPLACED]},
+            "the rest frame lacks markers, which count as lost until they are seen",
+        ),
+    ]
+
+
+def _name_recordings(found: Mapping[str, str], what: str) -> list[str]:
+    """Say something of the recordings that it is true of, or nothing."""
+    if not found:
+        return []
+    named = ", ".join(f"{name} ({how})" for name, how in list(found.items())[:NAMED])
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    many = f"{len(found)} recording{'s' if len(found) > 1 else ''}"
+    return [f"{many}, {named}{more}: {what}."]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from afferents.errors import InputError
 from afferents.markers.sensor import Sensor, load_sensor
-from afferents.recordings.listed import sensor_named
+from afferents.recordings.layouts import sensor_named
 from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 

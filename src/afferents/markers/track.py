@@ -14,26 +14,30 @@ from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
 from afferents.markers.cells import Cells
 from afferents.markers.detect import (
+    NO_BLOB,
     Positions,
     detect,
     enlarged,
+    link_nearest,
+    link_one_to_one,
     scaled,
     spacing_px,
     without_shine,
 )
 from afferents.markers.grid import Grid
-from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
+    BITS,
     N_FIRST,
+    STALE,
     check_size,
     count_stale,
     find_rest_markers,
     median_picture,
     order_markers,
     rest_images,
+    rest_seen,
     too_short,
 )
-from afferents.markers.rest_report import BITS, STALE, rest_seen
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels
@@ -114,6 +118,15 @@ class Tracker:
         ``published``: every marker takes the nearest blob; without one within the gate it
         keeps its old position, in the rest frame that of the reference, and `detected` (which the
         published code does not know) is False. Two markers may run together for good.
+
+    Attributes
+    ----------
+    jump_px
+        How far all markers jumped together in the last step, px; 0 but for ``windowed``.
+    renamed
+        Markers that the last step found slipped, and put right; None but for ``windowed``.
+    audit
+        How often identities were in danger; all zero but for ``windowed``.
     """
 
     def __init__(
@@ -126,10 +139,11 @@ class Tracker:
         present: NDArray[np.bool_] | None = None,
     ) -> None:
         """Start from the rest positions; the first `step` is the frame after the rest frame."""
-        self.sensor = sensor
-        self._levels, self._present = levels, present
-        self.method = method
+        self.sensor, self.method = sensor, method
+        self._levels, self._present, self._times = levels, present, sensor.times
         self.grid: Grid | None = None
+        self.jump_px, self.audit = 0.0, Audit()
+        self.renamed: Renamed | None = None
         self._windowed: Windowed | None = None
         self._expected: Positions | None = None
         if rest_position is not None:
@@ -155,7 +169,12 @@ class Tracker:
         if self._expected is None:
             return self._find(image)
         if self.method == "windowed":
-            return self._follow(image)
+            windowed = self._windowed or self._start(image)
+            seen = windowed.step(image if self._times == 1 else enlarged(image, self._times))
+            self.jump_px, self.renamed = windowed.jump_px / self._times, windowed.renamed
+            if self._times == 1:
+                return seen
+            return Tracked(scaled(seen.position, 1 / self._times), seen.detected)
         blobs = detect(make_grey(image, self._levels), self.sensor)
         link = link_nearest if self.method == "published" else link_one_to_one
         blob = link(self._expected, blobs, self.sensor.gate_px)
@@ -168,21 +187,6 @@ class Tracker:
         else:
             self._expected = self._expect(position, self._expected)
         return Tracked(position, detected)
-
-    @property
-    def jump_px(self) -> float:
-        """How far all markers jumped together in the last step, px; 0 but for ``windowed``."""
-        return self._windowed.jump_px / self._times if self._windowed else 0.0
-
-    @property
-    def renamed(self) -> Renamed | None:
-        """Markers that the last step found slipped, and put right; None but for ``windowed``."""
-        return self._windowed.renamed if self._windowed else None
-
-    @property
-    def audit(self) -> Audit:
-        """How often identities were in danger; all zero but for ``windowed``."""
-        return self._windowed.audit if self._windowed else Audit()
 
     def _find(self, image: GreyImage) -> Tracked:
         """Find the markers of the first frame, which is assumed to show the skin at rest."""
@@ -202,28 +206,19 @@ class Tracker:
     def _begin(self, rest_position: Positions, rest_image: GreyImage | None) -> None:
         """Take the rest positions over."""
         self.rest_position = rest_position
-        if rest_image is not None:
+        if rest_image is not None and self.method == "windowed":
             self._start(rest_image)
         self._expected = rest_position.copy()
         self._neighbours = nearest_markers(rest_position)[1]
 
-    def _start(self, image: GreyImage) -> None:
+    def _start(self, image: GreyImage) -> Windowed:
         """Measure the markers in the rest frame, or in the first one for want of it."""
-        if self.method == "windowed":
-            self._times = self.sensor.times
-            sensor = self.sensor if self._times == 1 else self.sensor.enlarged()
-            rest, image = scaled(self.rest_position, self._times), enlarged(image, self._times)
-            self._windowed = Windowed(sensor, rest, image, self._levels, self._present)
-            self.rest_position = scaled(self._windowed.rest_position, 1 / self._times)
-
-    def _follow(self, image: GreyImage) -> Tracked:
-        if self._windowed is None:
-            self._start(image)
-        assert self._windowed is not None
-        if self._times == 1:
-            return self._windowed.step(image)
-        found = self._windowed.step(enlarged(image, self._times))
-        return Tracked(scaled(found.position, 1 / self._times), found.detected)
+        sensor = self.sensor if self._times == 1 else self.sensor.enlarged()
+        rest, image = scaled(self.rest_position, self._times), enlarged(image, self._times)
+        self._windowed = Windowed(sensor, rest, image, self._levels, self._present)
+        self.rest_position = scaled(self._windowed.rest_position, 1 / self._times)
+        self.audit = self._windowed.audit
+        return self._windowed
 
     def _expect(self, position: Positions, before: Positions) -> Positions:
         """Say where each marker is now: as seen, or as its neighbours' displacement says.
@@ -263,14 +258,9 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
         As `track` does.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    images = rest_images(video, sensor.rest_frame)
-    if sensor.layout == dims.CELLS:
-        return Cells([Frame(0.0, image) for image in images], sensor, video.path).rest_position
-    images = images[count_stale(images, sensor) :]
-    found = find_rest_markers(images, sensor, video.path, "windowed")
-    rest = order_markers(found, sensor, "windowed", None, video.path)
-    still = median_picture(images[: found.n_still])
-    return Tracker(sensor, rest.position, "windowed", still, None, rest.present).rest_position
+    frames = [Frame(0.0, image) for image in rest_images(video, sensor.rest_frame)]
+    n_stale = count_stale([frame.image for frame in frames], sensor)
+    return start_at_rest(frames[n_stale:], video.path, sensor).tracker.rest_position
 
 
 def track_markers(
@@ -336,12 +326,12 @@ def track_markers(
     images = [frame.image for frame in at_rest]
     n_stale = 0 if method == "published" else count_stale(images, sensor)
     at_rest = at_rest[n_stale:]
-    tracker, present, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
+    tracker, first, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
         raise InputError(f"{video.path}: expected {expected}, found {len(own)}")
-    tracked, jumps_s = _follow(tracker, tracker.at_rest(present), chain(at_rest[1:], coming))
+    tracked, jumps_s = _follow(tracker, first, chain(at_rest[1:], coming))
     if passed.stopped and not keep_partial:
         raise AfferentsError(passed.stopped)
     back = np.flatnonzero(~(np.diff(passed.time_s) > 0))  # as in some H.264 in avi
@@ -402,8 +392,8 @@ class Begun(NamedTuple):
     ----------
     tracker
         Begins in the first of them.
-    present
-        Which markers it shows, (n,).
+    first
+        The markers in that.
     grid
         Their places in a tactile image; None for layouts without.
     seen
@@ -411,7 +401,7 @@ class Begun(NamedTuple):
     """
 
     tracker: Tracker | Cells
-    present: NDArray[np.bool_]
+    first: Tracked
     grid: Grid | None
     seen: dict[str, Any]
 
@@ -426,7 +416,7 @@ def start_at_rest(
     """Find the markers in the frames at rest, `N_FIRST` or fewer, or lay cells over them."""
     if sensor.layout == dims.CELLS:
         cells = Cells(frames, sensor, where)
-        return Begun(cells, cells.present, cells.grid, {})
+        return Begun(cells, cells.first, cells.grid, {})
     images = [frame.image for frame in frames]
     found = find_rest_markers(images, sensor, where, method, led=reference is not None)
     rest = order_markers(found, sensor, method, reference, where)
@@ -436,7 +426,8 @@ def start_at_rest(
     picture = measure_image_quality(
         without_shine(images[0], sensor.looks), shown, spacing_px(shown)
     )
-    return Begun(tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture))
+    seen = rest_seen(found, rest) | vars(picture)
+    return Begun(tracker, tracker.at_rest(rest.present), rest.grid, seen)
 
 
 def _follow(

@@ -17,8 +17,13 @@ from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
 from afferents.markers import kernel
-from afferents.markers.detect import Positions, find_markers, without_shine
-from afferents.markers.link import NO_BLOB, link_one_to_one
+from afferents.markers.detect import (
+    NO_BLOB,
+    Positions,
+    find_markers,
+    link_one_to_one,
+    without_shine,
+)
 from afferents.markers.sensor import Sensor
 from afferents.markers.slips import SlipCheck
 from afferents.store.recording import GreyImage, make_grey
@@ -134,9 +139,9 @@ class Windowed:
         """Measure every marker in the rest frame."""
         self.audit = Audit()
         self.jump_px = 0.0
-        self._sensor, self._levels = sensor, levels
-        rest_image = without_shine(rest_image, sensor.looks)
-        self._sign = 1.0 if sensor.looks.blob_colour == 255 else -1.0
+        self._sensor, self._levels, self._looks = sensor, levels, sensor.looks
+        rest_image = without_shine(rest_image, self._looks)
+        self._sign = 1.0 if self._looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
         _, area = find_markers(make_grey(rest_image, levels), sensor)
         if len(area) == 0:
@@ -151,7 +156,14 @@ class Windowed:
         self._dark, self._bright, self._mass = np.empty(n), np.empty(n), np.empty(n)
         kernel.levels(rest_image, rest_position, self._half, self._dark, self._bright)
         self._light = 0.0
-        self.rest_position = self._refine(rest_position, rest_image)
+        refined = np.empty_like(rest_position)
+        kernel.weigh(
+            rest_image, rest_position, self._dark, self._bright, self._half, self._mass, self._room,
+            refined,
+        )  # fmt: skip
+        off = np.abs(refined - rest_position).max(axis=1) > EDGE_PX
+        refined[off] = rest_position[off]  # a blob's centre stands where there is no centroid
+        self.rest_position: Positions = refined
         if present is not None and not present.all():
             for measure in (self._dark, self._bright, self._mass):
                 measure[~present] = np.median(measure[present])
@@ -164,39 +176,15 @@ class Windowed:
         self._unchecked, self._wait, self._due = 0, _CHECK, 0
         self.renamed: Renamed | None = None
 
-    def _refine(self, position: Positions, image: GreyImage) -> Positions:
-        """Return the centroids in the rest frame; a blob's centre stands where there is none."""
-        refined = np.empty_like(position)
-        kernel.weigh(
-            image, position, self._dark, self._bright, self._half, self._mass, self._room, refined
-        )
-        off = np.abs(refined - position).max(axis=1) > EDGE_PX
-        refined[off] = position[off]
-        return refined
-
     def step(self, image: GreyImage) -> Tracked:
         """Return where the markers are in the next frame."""
-        image, n = without_shine(image, self._sensor.looks), len(self._expected)
+        image, n = without_shine(image, self._looks), len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
         self._light, n_found, shared, strangers, self.jump_px = kernel.look(
-            image,
-            self._expected,
-            self._step,
-            self.rest_position,
-            self._dark,
-            self._bright,
-            self._half,
-            self._mass,
-            self._neighbours,
-            self._nearest,
-            self._farthest,
-            self._light,
-            self._room,
-            self._strange,
-            predicted,
-            position,
-            found,
-        )
+            image, self._expected, self._step, self.rest_position, self._dark, self._bright,
+            self._half, self._mass, self._neighbours, self._nearest, self._farthest, self._light,
+            self._room, self._strange, predicted, position, found,
+        )  # fmt: skip
         self.audit.shared += shared
         self.audit.strangers += strangers
         if n_found < 0:
@@ -212,38 +200,35 @@ class Windowed:
             self._look_where_neighbours_are(image, position, found)
             if found.mean() < _ENOUGH:
                 self._search(image, predicted, position, found)
-        if not self._lose_shifted_part(image, position, found):
+        there = position
+        if np.count_nonzero(found) < _MOST * n or self.jump_px > FAR * self._reach:
+            # Where most of a damaged picture is shifted, the others were not looked for where they
+            # still are.
+            stayed = np.where(found[:, None], np.nan, self._expected + self._step)
+            there = np.where(found[:, None], position, self._seen(image, stayed))
+        if not self._lose_shifted_part(there, position, found):
             self._check_names(image, position, found)
         kernel.remember(
-            image,
-            position,
-            self.rest_position,
-            self._neighbours,
-            self._half,
-            self._expected,
-            self._step,
-            self._dark,
-            self._bright,
-        )
-        if not found.all():
-            self._follow_others_light(found)
+            image, position, self.rest_position, self._neighbours, self._half, self._expected,
+            self._step, self._dark, self._bright,
+        )  # fmt: skip
+        if found.any() and not found.all():
+            # The grey levels of lost markers go as those of the others went since rest.
+            for now, rest in ((self._dark, self._rest_dark), (self._bright, self._rest_bright)):
+                gone = np.median(now[found] - rest[found])
+                now[~found] += kernel.FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
         return Tracked(position, found)
 
     def _lose_shifted_part(
-        self, image: GreyImage, position: Positions, found: NDArray[np.bool_]
-    ) -> bool:
-        """Lose the markers in the shifted part of a damaged picture; return whether it is one."""
-        there = position
-        if np.count_nonzero(found) < _MOST * len(found) or self.jump_px > FAR * self._reach:
-            # Where most were shifted, the others were not looked for where they still are.
-            stayed = np.where(found[:, None], np.nan, self._expected + self._step)
-            there = np.where(found[:, None], position, self._seen(image, stayed))
-        return self._lose_below_tear(there, position, found)
-
-    def _lose_below_tear(
         self, there: Positions, position: Positions, found: NDArray[np.bool_]
     ) -> bool:
-        """Take over where markers are but for a shifted part; return whether there is one."""
+        """Lose markers in the shifted part of a damaged picture; return whether it is damaged.
+
+        Parameters
+        ----------
+        there
+            Where markers are; the others are taken over into `position` and `found`.
+        """
         shifted = self._slips.torn_across(there, self._expected, self._step)
         if shifted is None:
             return False
@@ -278,7 +263,7 @@ class Windowed:
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
         # Where a shifted part looked like a jump, only better names show that it is none.
-        if better is not None and not self._lose_below_tear(better, position, found):
+        if better is not None and not self._lose_shifted_part(better, position, found):
             self._rename(better, position, found)
         self._unchecked = 0
 
@@ -312,14 +297,6 @@ class Windowed:
         contrast = self._sign * (self._bright - self._dark)
         return dark, bright, self._sign * (bright - dark) > FAINT * np.median(contrast)
 
-    def _follow_others_light(self, found: NDArray[np.bool_]) -> None:
-        """Let the grey levels of lost markers go as those of the others went since rest."""
-        if not found.any():
-            return
-        for now, rest in ((self._dark, self._rest_dark), (self._bright, self._rest_bright)):
-            gone = np.median(now[found] - rest[found])
-            now[~found] += kernel.FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
-
     def _shifted(self, image: GreyImage, position: Positions) -> Positions:
         """Say where the markers are after they moved farther than expected, all together."""
         self.audit.jumps += 1
@@ -349,15 +326,7 @@ class Windowed:
         found: NDArray[np.bool_],
     ) -> None:
         kernel.centroids(
-            image,
-            expected,
-            dark,
-            bright,
-            self._half,
-            self._mass,
-            self._room,
-            position,
-            found,
+            image, expected, dark, bright, self._half, self._mass, self._room, position, found
         )
 
     def _settle(self, position: Positions, found: NDArray[np.bool_], predicted: Positions) -> None:

@@ -17,19 +17,8 @@ from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import InputError
 from afferents.folds.corruption import Corruption
-from afferents.folds.held_out import (
-    SPEED,
-    Count,
-    Group,
-    GroupName,
-    Share,
-    Shares,
-    Speed,
-    Split,
-    SplitName,
-    Steady,
-    split_named,
-)
+from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName, split_named
+from afferents.forms import Count, Share, Shares, Speed, Steady
 from afferents.models.model import MODELS
 
 SCHEMA = 3

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -16,13 +16,6 @@ L2 = 0.005
 
 Dropped = Annotated[float, Field(ge=0, lt=1)]
 """Share of the values that a dropout layer sets to 0."""
-
-
-class Compute(NamedTuple):
-    """What networks run on, and how exactly; see `TrainingConfig`."""
-
-    device: Device = "auto"
-    precision: Precision = "auto"
 
 
 class TrainingConfig(BaseModel):
@@ -193,11 +186,12 @@ _PRESETS: dict[str, dict[str, TrainingConfig]] = {
 def training_config(
     preset: Preset,
     recipe: str,
-    compute: Compute | None = None,
     changed: Mapping[str, Any] | None = None,
     statistics: Statistics = "warmed-up",
+    device: Device = "auto",
+    precision: Precision = "auto",
 ) -> TrainingConfig:
-    """Return a recipe (see `RECIPES`) as a preset has it, to be computed with `compute`.
+    """Return a recipe (see `RECIPES`) as a preset has it.
 
     `changed` sets fields of the `TrainingConfig` otherwise; a preset's passes give way to epochs.
 
@@ -220,16 +214,13 @@ def training_config(
     Raises
     ------
     InputError
-        If the preset or the recipe is unknown.
+        If the recipe is unknown.
     """
-    if preset not in _PRESETS:
-        raise InputError(f"--preset: expected quick, fast or paper, found '{preset}'")
     if recipe not in RECIPES:
         raise InputError(f"recipe: expected one of {', '.join(RECIPES)}, found '{recipe}'")
-    usual = _PRESETS[preset][recipe]
-    others: dict[str, Any] = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
-    others |= _without_passes(changed or {}) | (compute._asdict() if compute else {})
-    return TrainingConfig(**{**dict(usual), **others}) if others else usual
+    others = {"warm_up_statistics": statistics == "warmed-up", **_without_passes(changed or {})}
+    others |= {"device": device, "precision": precision}
+    return TrainingConfig(**{**dict(_PRESETS[preset][recipe]), **others})
 
 
 def _without_passes(changed: Mapping[str, Any]) -> dict[str, Any]:
@@ -258,12 +249,12 @@ class Hyperparameters:
     Attributes
     ----------
     changed
-        By network (see `RECIPES`), then by name of a field of `TrainingConfig`.
+        By network (see `RECIPES`), then by name of a field of `TrainingConfig`; ready for JSON.
     source
         The file that it was read from; empty for none.
     """
 
-    changed: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    changed: dict[str, dict[str, Any]] = field(default_factory=dict)
     source: str = ""
 
     @classmethod
@@ -280,24 +271,6 @@ class Hyperparameters:
         if isinstance(given, Mapping):
             return cls(_read_changes(given, "recipe", preset))
         return cls(_read_changes(read_toml(Path(str(given)), _WHAT), given, preset), str(given))
-
-    def of_network(self, network: str) -> Mapping[str, Any]:
-        """Return what is set of a network's training, by name of the field."""
-        return self.changed.get(network, {})
-
-    def training(
-        self,
-        preset: Preset,
-        network: str,
-        compute: Compute | None = None,
-        statistics: Statistics = "warmed-up",
-    ) -> TrainingConfig:
-        """Return how a network is trained; see `training_config`."""
-        return training_config(preset, network, compute, self.of_network(network), statistics)
-
-    def describe(self) -> dict[str, dict[str, Any]]:
-        """Return it ready for JSON."""
-        return {network: dict(fields) for network, fields in self.changed.items()}
 
 
 def _read_changes(

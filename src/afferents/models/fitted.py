@@ -12,10 +12,10 @@ from afferents import dims
 from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
-from afferents.models.base import Classifier, Network, Task, build_classifier
-from afferents.models.checkpoint import Checkpoint
+from afferents.models.base import Classifier, Task, build_classifier
 from afferents.models.classifiers import get_classifier
 from afferents.models.config import TrainingConfig
+from afferents.models.learner import Checkpoint
 from afferents.models.model import Model
 
 Check = Callable[[int, Indices], None]
@@ -168,21 +168,3 @@ def new_classifier(
         seed,
     )
     return build_classifier(get_classifier(model.classifier), task)
-
-
-def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
-    """Refuse samples that a model's network is not made for; a user's own is not tried.
-
-    Parameters
-    ----------
-    samples
-        Of any recording.
-
-    Raises
-    ------
-    InputError
-        Saying what the network needs.
-    """
-    if isinstance(model.classifier, str) and issubclass(get_classifier(model.classifier), Network):
-        shape = encoding.seen(samples.values[:1]).shape[1:]
-        new_classifier(model, samples, encoding, shape, n_classes=2)

@@ -35,7 +35,7 @@ def save_model(deployed: Deployed, card: Card, folder: Path) -> None:
     """Write a model's folder, whole or not at all; one that is there is replaced."""
     with write_aside(folder, replaces=is_model_folder) as partial:
         partial.mkdir()
-        save_weights(deployed, partial / WEIGHTS)
+        (partial / WEIGHTS).write_bytes(dump_weights(deployed))
         if isinstance(deployed.network, OwnEstimator):
             (partial / ESTIMATOR).write_bytes(_dump_estimator(deployed.network.fitted))
         (partial / CARD).write_text(card.to_json(indent=2) + "\n", encoding="utf-8")
@@ -72,14 +72,8 @@ def load_model(folder: Path) -> Recogniser:
     return Recogniser(card, deployed.eval())
 
 
-def save_weights(model: nn.Module, path: Path) -> None:
-    """Write a network's weights and running statistics, whole or not at all."""
-    with write_aside(path) as partial:
-        partial.write_bytes(dump_weights(model))
-
-
 def dump_weights(model: nn.Module) -> bytes:
-    """Return the content of a file of weights."""
+    """Return the content of a file of a network's weights and running statistics."""
     return save({name: value.cpu().contiguous() for name, value in model.state_dict().items()})
 
 

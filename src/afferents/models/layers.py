@@ -5,6 +5,7 @@ differ from PyTorch's, this file holds the translation, so that the networks rea
 published tables.
 """
 
+from functools import partial
 from typing import Literal
 
 import torch
@@ -13,9 +14,12 @@ from torch import Tensor, nn
 from afferents.errors import InputError
 from afferents.models.config import L2
 
-_EPS = 1e-3
-_MOMENTUM = 0.01
-"""Keras' 0.99 is the share of the old value, PyTorch's momentum that of the new one."""
+batch_norm_maps = partial(nn.BatchNorm2d, eps=1e-3, momentum=0.01)
+batch_norm_units = partial(nn.BatchNorm1d, eps=1e-3, momentum=0.01)
+"""Batch normalisation with Keras' defaults, of feature maps and of dense units.
+
+Keras' momentum, 0.99, is the share of the old value, PyTorch's that of the new one.
+"""
 
 
 class RegularisedLinear(nn.Linear):
@@ -31,16 +35,6 @@ class FlattenChannelsLast(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """Return shape (batch, height * width * channel)."""
         return x.permute(0, 2, 3, 1).flatten(1)
-
-
-def batch_norm_maps(n_channels: int) -> nn.BatchNorm2d:
-    """Batch normalisation of feature maps with Keras' defaults (momentum 0.99, eps 1e-3)."""
-    return nn.BatchNorm2d(n_channels, eps=_EPS, momentum=_MOMENTUM)
-
-
-def batch_norm_units(n_units: int) -> nn.BatchNorm1d:
-    """Batch normalisation of dense units with Keras' defaults (momentum 0.99, eps 1e-3)."""
-    return nn.BatchNorm1d(n_units, eps=_EPS, momentum=_MOMENTUM)
 
 
 @torch.no_grad()

@@ -16,7 +16,6 @@ from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError
 from afferents.models import base, hardware, layers, learner, learning_set, networks
-from afferents.models.checkpoint import Checkpoint
 from afferents.models.config import TrainingConfig
 
 _EVALUATION_BATCH = 256
@@ -29,7 +28,7 @@ def train(
     config: TrainingConfig,
     seed: int,
     progress: Callable[[float], None] = lambda _: None,
-    checkpoint: Checkpoint | None = None,
+    checkpoint: learner.Checkpoint | None = None,
 ) -> learner.History:
     """Train a network in place until its validation accuracy no longer rises.
 

@@ -196,22 +196,21 @@ def choose_models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
                 f"--models: expected an afferents.Model at {where}, found {type(found).__name__}"
             )
         own.append(found)
-    own += [one for one in listed(wanted) if isinstance(one, Model)]
+    own += [one for one in list_wanted(wanted) if isinstance(one, Model)]
     return [model for name, model in MODELS.items() if name in chosen] + own
 
 
 def list_names(wanted: str | Model | Sequence[str | Model]) -> list[str]:
     """Return the names among the models wanted, ``all`` and ``best`` with them."""
-    texts = [one for one in listed(wanted) if isinstance(one, str)]
+    texts = [one for one in list_wanted(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]
 
 
-def listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
+def list_wanted(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
     """Return what names models, texts and objects, as a list."""
-    listed = (
-        list(wanted) if isinstance(wanted, Iterable) and not isinstance(wanted, str) else [wanted]
-    )
-    for one in listed:
+    is_one = isinstance(wanted, str) or not isinstance(wanted, Iterable)
+    found = [wanted] if is_one else list(wanted)
+    for one in found:
         if not isinstance(one, str | Model):
             raise InputError(f"--models: expected names, or an afferents.Model, found {one!r}")
-    return listed
+    return found

@@ -39,11 +39,7 @@ MOST_WINDOWS = 8
 
 
 def decode(
-    windows: Spikes,
-    resolution_s: float,
-    across: Across,
-    seed: int = 0,
-    tested: float | None = None,
+    windows: Spikes, resolution_s: float, across: Across, seed: int = 0, tested: float | None = None
 ) -> dict[float, float]:
     """Return the share of windows whose texture is recognised, by the speed tested.
 

@@ -1,4 +1,8 @@
-"""Artificial units compared with natural fibres: both made alike, and what is read from each.
+"""Populations made alike: without gaps, and artificial units compared with natural fibres.
+
+Fibres are recorded one after another, on some textures, more or fewer times. Decoding compares
+what all units did, and a unit that was never recorded on a texture gives that texture away. So
+textures, units and repetitions are kept that make a whole; nothing is filled in.
 
 Artificial and natural recordings differ in how many textures, speeds, repetitions, units and
 seconds they have; more of any makes reading easier or harder. As many of each are kept as both
@@ -6,18 +10,15 @@ have.
 """
 
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from afferents.errors import InputError
 from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
-from afferents.neuro.figures import comparison_figure
-from afferents.neuro.gaps import left_out, without_gaps
 from afferents.neuro.speed import match_by_class, stretch_match
 from afferents.spikes.population import Spikes, joined
 
@@ -26,6 +27,106 @@ _MOST_SPEEDS = 4
 """Whose ratios are matched."""
 _SHARE = 1 / 3
 """Of the shortest trial: the longest window that still leaves some to learn from."""
+_OF_A_REPETITION = ("texture", "repetition", "duration_s", "recording")
+"""Columns of trials that don't say under which condition a texture was recorded.
+
+Nor does one that differs from trial to trial, which is a number or name of it.
+"""
+
+
+def without_gaps(spikes: Spikes) -> Spikes:
+    """Return textures, units and repetitions such that each unit was recorded in every trial.
+
+    Textures and units are left out, the one with the greatest share of gaps first (of equals the
+    unit), until each unit has every texture at every speed. Of a texture at a speed there are then
+    as many trials as every unit has of every texture, so that chance is one in the number of
+    textures. How many a unit must have of a texture, to count as recorded on it, is the number that
+    keeps most trains. The first holds each unit's first recorded repetition, and so on. Units that
+    were recorded one after another are put together so: correlations between them mean nothing.
+
+    Parameters
+    ----------
+    spikes
+        With gaps; those without come back as they are.
+
+    Returns
+    -------
+    Spikes
+        Trials last as long as the shortest of their texture and speed did.
+
+    Raises
+    ------
+    InputError
+        If fewer than two textures, or no unit, are left.
+    """
+    names, texture = np.unique(spikes.trials["texture"].to_numpy(str), return_inverse=True)
+    by = [
+        name
+        for name, values in spikes.trials.items()
+        if not (name in _OF_A_REPETITION or (name != "speed_mm_s" and values.is_unique))
+    ]
+    condition = spikes.trials.groupby(by, dropna=False).ngroup().to_numpy()
+    counts = np.zeros((len(names), condition.max() + 1, spikes.n_units), np.int64)
+    np.add.at(counts, (texture, condition), spikes.recorded)
+    least = counts.min(axis=1)
+    if spikes.recorded.all() and least.all():
+        return spikes
+    kept = []
+    for number in range(1, int(least.max()) + 1):
+        textures, units = _remove_gaps(least >= number)
+        if len(textures) > 1 and len(units):
+            n = counts[textures][:, :, units].min(axis=(0, 2))
+            kept.append((len(textures) * len(units) * n.sum(), textures, units, n))
+    if not kept:
+        other = [f"'{name}'" for name in by if name != "speed_mm_s"]
+        columns = f", or drop columns of trials that are no conditions ({', '.join(other)})"
+        raise InputError(
+            "spikes: expected a unit that was recorded on 2 textures or more at every speed, found "
+            f"none; leave out a speed{columns if other else ''}"
+        )
+    _, textures, units, n = max(kept, key=lambda one: one[0])
+    parts = []
+    for one, (at, number) in product(textures, enumerate(n)):
+        repeated = spikes.select((texture == one) & (condition == at), units)
+        alike = repeated.window(0, float(repeated.trials["duration_s"].min()))
+        # the first `number` repetitions of each unit, as trials of all units
+        places = np.stack([np.flatnonzero(there)[:number] for there in alike.recorded.T], axis=1)
+        trains = [[alike.train(place, unit) for unit, place in enumerate(row)] for row in places]
+        trials = alike.trials.iloc[:number].drop(columns="recording", errors="ignore")
+        trials = trials.assign(repetition=range(number))
+        parts.append(Spikes.unchecked(trains, alike.units, trials))
+    return joined(parts)
+
+
+def left_out(before: Spikes, after: Spikes) -> str:
+    """Return in a sentence what `without_gaps` kept: fibres, textures, repetitions and trains.
+
+    A train is one unit in one trial.
+    """
+    classes = before.units["class"].unique()
+    units = ", ".join(
+        f"{after.of_class(name).n_units} of {before.of_class(name).n_units} {name}"
+        for name in classes
+    )
+    n_textures = [one.trials["texture"].nunique() for one in (after, before)]
+    each = after.trials.groupby("speed_mm_s", dropna=False).size() / n_textures[0]
+    repetitions = ", ".join(f"{n:g} at {speed:g} mm/s" for speed, n in each.items())
+    return (
+        f"Without gaps: {units} units, {n_textures[0]} of {n_textures[1]} textures, repetitions "
+        f"{repetitions}; {after.recorded.sum()} of {before.recorded.sum()} recorded trains."
+    )
+
+
+def _remove_gaps(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows and columns that are left when none of them has a gap any more."""
+    rows, columns = (np.arange(n) for n in there.shape)
+    while (gaps := ~there[np.ix_(rows, columns)]).any():
+        of_row, of_column = gaps.mean(axis=1), gaps.mean(axis=0)
+        if of_row.max() > of_column.max():
+            rows = np.delete(rows, of_row.argmax())
+        else:
+            columns = np.delete(columns, of_column.argmax())
+    return rows, columns
 
 
 class Comparison(NamedTuple):
@@ -37,8 +138,6 @@ class Comparison(NamedTuple):
         `beside_stretch` has both made alike, `natural_stretch` all fibres on all textures, and
         `beside_resolution` what is read from both, if anything is left of `without_gaps`. Those
         of both have a column `population`: ``artificial`` or ``natural``.
-    figures
-        `beside`, if both could be decoded.
     matched
         What was made alike, in a sentence.
     whole
@@ -46,14 +145,11 @@ class Comparison(NamedTuple):
     """
 
     tables: dict[str, pd.DataFrame]
-    figures: dict[str, Figure]
     matched: str
     whole: str
 
 
-def compare(
-    artificial: Spikes, natural: Spikes, window_s: float, seed: int, source: str
-) -> Comparison:
+def compare(artificial: Spikes, natural: Spikes, window_s: float, seed: int) -> Comparison:
     """Read texture from both, from as many textures, speeds, repetitions, units and seconds.
 
     Trains are matched across speeds with what was recorded; texture is decoded from what
@@ -77,16 +173,15 @@ def compare(
         whole = matched(artificial, complete, seed)
     except InputError as gaps:
         why = f"Texture can't be decoded from the fibres ({gaps})."
-        return Comparison(tables, {}, _describe(*pair), why)
+        return Comparison(tables, _describe(*pair), why)
     shortest = min(float(one.trials["duration_s"].min()) for one in whole)
     window_s = min(window_s, shortest * _SHARE)
     tables["beside_resolution"] = pd.concat(
         accuracy_by_resolution(one, window_s=window_s, seed=seed).assign(population=name)
         for name, one in zip(names, whole, strict=True)
     )
-    figures = {"beside": comparison_figure(tables["beside_resolution"], both, source)}
     kept = "" if complete is natural else left_out(natural, complete)
-    return Comparison(tables, figures, _describe(*pair), kept)
+    return Comparison(tables, _describe(*pair), kept)
 
 
 def _describe(artificial: Spikes, natural: Spikes) -> str:

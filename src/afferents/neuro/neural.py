@@ -13,7 +13,7 @@ import pandas as pd
 from afferents import files
 from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.files import Place
-from afferents.neuro import decoding, exponent, figures, matching, speed, summary
+from afferents.neuro import decoding, exponent, figures, matching, speed
 from afferents.neuro.decoding import WINDOW_S
 from afferents.neuro.natural import read_spikes
 from afferents.parallel import side_by_side, side_by_side_numbered
@@ -152,14 +152,10 @@ def neural(
         spikes = spikes_of_store(store, units, seed, words_in(classes), progress=progress)
         decoding.require_conditions(spikes)
         source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
-        found = matching.Comparison({}, {}, "", "")
+        found = matching.Comparison({}, "", "")
         if fibres is not None:
-            found = matching.compare(spikes, fibres, window_s, seed, f"{source}; {name}")
+            found = matching.compare(spikes, fibres, window_s, seed)
             found.tables["natural_rates"] = rates_table(fibres)
-            grey = f"{name}; grey: not recorded"
-            found.figures["natural_raster"] = figures.raster_figure(
-                _choose_shown(fibres, seed), grey
-            )
         tables = _make_tables(store, spikes, seed, window_s, progress) | found.tables
     drawn = {
         "raster": figures.raster_figure(_choose_shown(spikes, seed), source),
@@ -167,8 +163,13 @@ def neural(
         "units": figures.accuracy_figure(tables["units"], source),
         "stretch": figures.stretch_figure(speed.match_by_class(tables["stretch"]), source),
         "slopes": figures.slope_figure(tables["slopes"], source),
-        **found.figures,
     }
+    if fibres is not None:
+        shown = _choose_shown(fibres, seed)
+        drawn["natural_raster"] = figures.raster_figure(shown, f"{name}; grey: not recorded")
+    if "beside_resolution" in tables:
+        both = tables["beside_resolution"], tables["beside_stretch"]
+        drawn["beside"] = figures.comparison_figure(*both, f"{source}; {name}")
     counts = spikes.units["class"].value_counts().to_dict()
     records = {
         name: table.astype(object).where(table.notna(), None).to_dict("records")  # no NaN in JSON
@@ -188,12 +189,12 @@ def neural(
         with files.write_aside(out / f"{name}.csv") as written:
             table.to_csv(written, index=False)
     pictures = [save_figure(figure, out / f"{name}.png") for name, figure in drawn.items()]
-    shown = [
-        summary.summarise_rates(tables),
-        summary.summarise_decoding(tables, found.whole),
-        summary.summarise_stretching(tables, found.matched),
+    summary = [
+        figures.summarise_rates(tables),
+        figures.summarise_decoding(tables, found.whole),
+        figures.summarise_stretching(tables, found.matched),
     ]
-    return NeuralResults(spikes, tables, shown, pictures, facts)
+    return NeuralResults(spikes, tables, summary, pictures, facts)
 
 
 def _read_fibres(natural: Place | Spikes | None, progress: Progress) -> tuple[Spikes | None, str]:

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
-from afferents.quality.repeats import PERIODS, WINDOW, describe_repeats
-from afferents.quality.stalls import Stalls, find_stalls
+from afferents.quality.repeats import PERIODS, WINDOW, Stalls, describe_repeats, find_stalls
 
 Numbers = NDArray[np.float64]
 GreyImage = NDArray[np.uint8]

@@ -138,16 +138,13 @@ def measure_clipping(samples: Samples) -> float:
     if not steps.any():
         return 0.0
     finest = float(steps[steps > 0].min())
-    ends = samples.min(), samples.max()
-    n_clipped = sum(_count_clipped(samples == end, steps, finest) for end in ends)
+    n_clipped = 0
+    for end in (samples.min(), samples.max()):
+        edges = np.diff(np.r_[False, samples == end, False].astype(np.int8))
+        first, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        # Runs at an extreme count that are reached or left by a large step.
+        around = np.r_[0.0, steps, 0.0]  # into sample n, and out of sample n - 1
+        steep = np.maximum(around[first], around[stop]) > STEEP * finest
+        lengths = stop - first
+        n_clipped += int(lengths[(lengths >= RUN) & steep].sum())
     return n_clipped / len(samples)
-
-
-def _count_clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
-    """Count the samples in runs at an extreme that are reached or left by a large step."""
-    edges = np.diff(np.r_[False, at_end, False].astype(np.int8))
-    first, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    around = np.r_[0.0, steps, 0.0]  # into sample n, and out of sample n - 1
-    steep = np.maximum(around[first], around[stop]) > STEEP * finest
-    lengths = stop - first
-    return int(lengths[(lengths >= RUN) & steep].sum())

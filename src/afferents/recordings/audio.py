@@ -69,7 +69,7 @@ def sound_within(videos: Sequence[Path]) -> list[str]:
     return [f"{of} sound, which is left out: {advise_conversion(found[0])}."] if found else []
 
 
-def _declared(noted: str) -> int:
+def _count_declared(noted: str) -> int:
     """Return the samples a channel that a wav declares beyond its end; 0 where it declares none."""
     data, a_sample = _TOO_LONG.search(noted), _A_SAMPLE.search(noted)
     n_bytes = int(data[1] or data[2]) if data else 0
@@ -127,7 +127,7 @@ class WavFile:
                 f"{self.path}: expected a sound file that says how long it is, found a stream; "
                 f"write it again: ffmpeg -i {self.path.name} OUT.wav"
             )
-        declared = _declared(info.extra_info)
+        declared = _count_declared(info.extra_info)
         if info.frames < declared:
             raise self._too_short(declared, info.frames)
         return info

@@ -1,4 +1,8 @@
-"""What the headers of a recording's files state, and whether its session declares the same."""
+"""What the headers of a recording's files state, and whether its session declares the same.
+
+A container's frame rate may be wrong: writers such as OpenCV's note what a script says, often 30 or
+25 frames a second, whatever the camera did. The video's sound keeps a true clock.
+"""
 
 import hashlib
 import json
@@ -11,7 +15,6 @@ from afferents.files import checksum, size_of
 from afferents.quality.issues import Kind, QualityIssue, require_accepted
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
-from afferents.recordings.frame_rate import RATE_TOLERANCE, lost_frames, wrong_rate
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
@@ -32,6 +35,11 @@ other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
 SHORT = 4
 """Of a short recording, at most one part in this many is cut off at an end."""
+
+RATE_TOLERANCE = 0.1
+"""How far a video's nominal frame rate may lie from the declared one, as a share of it."""
+NEAR = 0.05
+"""Video and sound are of one length within this share of it: they don't begin and end together."""
 
 
 def require_own_files(session: RecordingSet) -> None:
@@ -208,3 +216,46 @@ def facts(recording: Recording) -> dict[str, Any]:
 def video_facts(video: ClipFile) -> dict[str, Any]:
     """Return what a video's container declares: size (px), rate (Hz), frames, duration (s)."""
     return {name: getattr(video, name) for name in _OF_VIDEO}
+
+
+def lost_frames(video: object, expected_hz: float) -> bool:
+    """Return whether a video's low rate is that of lost frames, which its times show as gaps.
+
+    To give the expected rate would squeeze its time.
+    """
+    return isinstance(video, VideoFile) and (
+        abs(video.usual_hz - expected_hz) <= RATE_TOLERANCE * expected_hz
+    )
+
+
+def wrong_rate(
+    n_frames: int, fps_hz: float, expected_hz: float, audio: WavFile | None, file: str
+) -> str:
+    """Return what to do about a video whose frame rate is not the declared one.
+
+    Parameters
+    ----------
+    n_frames
+        Of the video.
+    fps_hz, expected_hz
+        Its rate, and the one that is declared or usual.
+    audio
+        Its sound, if there is any.
+    file
+        The session file.
+    """
+    true = f"give {FPS} {expected_hz:g}, or write fps_hz and fps_overrules (true) into {file}"
+    seen_hz = n_frames * audio.sample_rate_hz / audio.n_samples if audio else float("nan")
+    if _near(seen_hz, expected_hz):
+        return (
+            f"its {n_frames} frames are as long as its sound at {expected_hz:g} a second, so the "
+            f"container's rate is wrong: {true}"
+        )
+    declare = f"declare fps_hz in {file}"
+    if _near(seen_hz, fps_hz):
+        return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
+    return f"{declare}; if the container's rate is wrong, {true}"
+
+
+def _near(one_hz: float, other_hz: float) -> bool:
+    return abs(one_hz - other_hz) <= NEAR * other_hz

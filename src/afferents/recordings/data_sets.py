@@ -84,6 +84,8 @@ def _recognised(path: Path) -> DataSet:
     """
     claims = []
     for kind in readers().values():
+        if claims and kind.name in DATA_SETS:  # the package's first is enough
+            continue
         with in_a_sentence(f"{path}, reader '{kind.name}'"):
             claims += [kind] if kind.recognises(path) else []
     if len(claims) > 1 and any(kind.name not in DATA_SETS for kind in claims):

@@ -1,5 +1,6 @@
 """Data sets of time series that a file describes: `dataset.toml`, or one of the package's own."""
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -7,11 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from afferents.errors import InputError
+from afferents.errors import InputError, reading
 from afferents.files import is_hidden
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.description import DataSetFile, Signal, read_data_set_file
-from afferents.recordings.labels import find_row, read_labels
+from afferents.recordings.description import DataSetFile, Labels, Signal, read_data_set_file
 from afferents.recordings.media import left_out
 from afferents.recordings.pattern import parse_speed
 from afferents.recordings.series import (
@@ -21,11 +21,14 @@ from afferents.recordings.series import (
     resampling_sentences,
     unchecked_sentences,
 )
+from afferents.recordings.tables import read_texts
 from afferents.store.recording import Recording, RecordingSet, fold_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
 """Descriptions of public data sets, by name."""
+Row = Mapping[str, str]
+"""What a file of labels says of a file: texture, speed, or the name of a condition."""
 
 
 class Described(DataSet):
@@ -80,15 +83,25 @@ class Described(DataSet):
     def matching(self, look: bool = False) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the files that match and what their names say, of the first folder with any.
 
+        Their path from the folder matches all of the pattern; hidden ones never do.
+
         Parameters
         ----------
         look
             Whether it is a quick look that searches no folders at any depth.
         """
-        folders = self.form.files.folders
-        for folder in (one for one in folders if not (look and "**" in one)):
-            if found := sorted(self._matching_in(folder), key=lambda one: one[0]):
-                return self._labelled(found)
+        files, found = self.form.files, []
+        for folder in (one for one in files.folders if not (look and "**" in one)):
+            literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
+            places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
+            for place in filter(Path.is_dir, places):
+                for path in place.glob("/".join(["*"] * files.depth)):
+                    inner = path.relative_to(place)
+                    known = None if is_hidden(inner) else files.values(inner.as_posix(), self.path)
+                    if known is not None and path.is_file():
+                        found.append((path, known))
+            if found:
+                return self._label(sorted(found, key=lambda one: one[0]))
         return []
 
     def scan(self) -> RecordingSet:
@@ -99,9 +112,15 @@ class Described(DataSet):
             )
         found = self.matching()
         if not found:
-            raise self._nothing_matches()
+            files = self.form.files
+            there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
+            seen = ", ".join(path.relative_to(self.root).as_posix() for path in sorted(there)[:3])
+            raise InputError(
+                f"{self.root}: expected files that match {files.pattern or files.regex}, found "
+                f"none of them{f' ({seen}, ...)' if seen else ''}"
+            )
         recordings, rate_hz = [], self.form.signal.rate_hz
-        for known, paths in self._grouped(found):
+        for known, paths in self._group(found):
             parts = {}
             for part, path in paths.items():
                 parts[part] = SeriesFile(path, self.form.signal, rate_hz)
@@ -109,7 +128,7 @@ class Described(DataSet):
                     with suppress(InputError):
                         rate_hz = parts[part].sample_rate_hz
             whole = JoinedFiles(parts) if self.form.files.joined else parts[""]
-            recordings.append(self._recording(whole, known))
+            recordings.append(self._make_recording(whole, known))
         stems = {one.source.stem for one in recordings}
         if self.description is not None and len(stems) == len(recordings):
             recordings = [replace(one, name=one.source.stem) for one in recordings]
@@ -139,7 +158,7 @@ class Described(DataSet):
             taken.append(self.root / files.labels.file)
         return left_out(self.root, taken, endings, why)
 
-    def _grouped(
+    def _group(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
     ) -> list[tuple[Mapping[str, str], dict[str, Path]]]:
         """Return what is known of each recording, and its files by part: one, called nothing.
@@ -172,19 +191,7 @@ class Described(DataSet):
                 )
         return [(dict(rest), dict(sorted(parts.items()))) for rest, parts in groups.items()]
 
-    def _matching_in(self, folder: str) -> Iterator[tuple[Path, Mapping[str, str]]]:
-        """Yield files whose path from a folder matches all of the pattern; hidden ones never do."""
-        literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
-        places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
-        for place in (place for place in places if place.is_dir()):
-            for path in place.glob("/".join(["*"] * self.form.files.depth)):
-                if is_hidden(inner := path.relative_to(place)):
-                    continue
-                known = self.form.files.values(inner.as_posix(), self.path)
-                if known is not None and path.is_file():
-                    yield path, known
-
-    def _labelled(
+    def _label(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
     ) -> list[tuple[Path, Mapping[str, str]]]:
         """Return the files that have a row in the file of labels, with what that says of each."""
@@ -213,21 +220,25 @@ class Described(DataSet):
             )
         return kept
 
-    def _nothing_matches(self) -> InputError:
-        files = self.form.files
-        there = (p for p in self.root.rglob("*") if p.is_file() and p.suffix != ".toml")
-        seen = ", ".join(path.relative_to(self.root).as_posix() for path in sorted(there)[:3])
-        found = f"none of them ({seen}, ...)" if seen else "none of them"
-        wanted = files.pattern or files.regex
-        return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
-
-    def _recording(self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]) -> Recording:
+    def _make_recording(
+        self, series: SeriesFile | JoinedFiles, values: Mapping[str, str]
+    ) -> Recording:
         files, known = self.form.files, {k: fold_label(text) for k, text in values.items()}
         for name, words in files.words.items():
             known[name] = words.get(known[name], known[name])
         speed = files.speed_mm_s
         if "speed" in known:
-            speed = self._speed(series.path, known.pop("speed"))
+            text = known.pop("speed")
+            try:
+                speed = parse_speed(text) * files.mm_s
+            except ValueError:
+                raise InputError(
+                    f"{series.path}: expected a speed in its name, found '{text}'"
+                ) from None
+            if speed == 0:
+                raise InputError(
+                    f"{series.path}: expected a slide faster than 0 mm/s, found '{text}'"
+                )
         texture = files.texture or known.pop("texture")
         inner = series.path.relative_to(self.root).with_suffix("")
         return Recording(
@@ -236,7 +247,7 @@ class Described(DataSet):
             speed_mm_s=speed,
             source=series.path,
             audio=series,
-            steady_s=_steady(series, self.form.signal),
+            steady_s=_find_steady(series, self.form.signal),
             conditions={
                 name: int(text)
                 if re.fullmatch(r"-?\d+", text)
@@ -244,17 +255,6 @@ class Described(DataSet):
                 for name, text in known.items()
             },
         )
-
-    def _speed(self, path: Path, text: str) -> float:
-        try:
-            speed = parse_speed(text) * self.form.files.mm_s
-        except ValueError:
-            raise InputError(f"{path}: expected a speed in its name, found '{text}'") from None
-        if speed == 0:
-            raise InputError(
-                f"{path}: expected a slide faster than 0 mm/s, found '{text}' in its name"
-            )
-        return speed
 
     def _require_distinct(self, recordings: list[Recording]) -> None:
         """Refuse files that the pattern does not tell apart: it matches something twice."""
@@ -271,7 +271,7 @@ class Described(DataSet):
                 )
 
 
-def _steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, float] | None:
+def _find_steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, float] | None:
     """Return the part of constant speed; None where a file can't be read, as reading it says."""
     if signal.steady_s is None:
         return None
@@ -288,3 +288,62 @@ def _steady(series: SeriesFile | JoinedFiles, signal: Signal) -> tuple[float, fl
             f"{end_s - stop_s:g} s; leave it out, or shorten [signal] steady_s"
         )
     return start_s, end_s
+
+
+def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
+    """Read what a file says, by the path of the file that it says it of.
+
+    Parameters
+    ----------
+    path
+        A CSV with names of columns, or JSON: a list of objects, or an object by file.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, lacks a column, leaves one empty, or has two rows of one file.
+    """
+    found: dict[str, Row] = {}
+    for where, row in _rows(path, labels):
+        missing = [one for one in (labels.name, *labels.columns.values()) if not row.get(one)]
+        if missing:
+            have = ", ".join(name for name, text in row.items() if text) or "nothing"
+            raise InputError(
+                f"{path}, {where}: expected '{missing[0]}', found {have}; fill it in, or say in "
+                "[files.labels] what it is called"
+            )
+        name = Path(row[labels.name]).as_posix()
+        if name in found:
+            raise InputError(f"{path}, {where}: expected a row a file, found '{name}' twice")
+        found[name] = {what: row[column] for what, column in labels.columns.items()}
+    if not found:
+        raise InputError(f"{path}: expected a row for each file of data, found none")
+    return found
+
+
+def _rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
+    """Yield where each row stands, and its texts by column."""
+    if path.suffix.lower() != ".json":
+        yield from ((f"line {number}", row) for number, row in read_texts(path))
+        return
+    with reading(path, "a JSON file of labels", OSError, ValueError):
+        found = json.loads(path.read_text(encoding="utf-8-sig"))
+    if isinstance(found, dict):
+        found = [
+            {labels.name: name, **(row if isinstance(row, dict) else {labels.texture: row})}
+            for name, row in found.items()
+        ]
+    if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
+        raise InputError(
+            f"{path}: expected a list of objects, or an object by file, found another JSON"
+        )
+    for number, row in enumerate(found, start=1):
+        texts = {str(k): "" if one is None else str(one).strip() for k, one in row.items()}
+        yield f"row {number}", texts
+
+
+def find_row(path: str, rows: Mapping[str, Row]) -> str | None:
+    """Return under which name rows speak of a path: its own, without ending, or its last part."""
+    whole = Path(path)
+    names = (whole, whole.with_suffix(""), Path(whole.name), Path(whole.stem))
+    return next((name.as_posix() for name in names if name.as_posix() in rows), None)

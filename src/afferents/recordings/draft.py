@@ -11,7 +11,7 @@ import numpy as np
 
 from afferents.errors import InputError
 from afferents.files import walk
-from afferents.recordings import columns, row_times
+from afferents.recordings import columns
 from afferents.recordings.description import UNITS_MS, Signal
 from afferents.recordings.guess import guess_plainest, guess_rule
 from afferents.recordings.pattern import SPEED
@@ -49,11 +49,11 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
                 f"write the pattern, such as {such}."
             ]
         lines.append("# speed_mm_s = 30")
-    signal, more = _signal(tables)
+    signal, more = _guess_signal(tables)
     return [*lines, "", "[signal]", *signal], [*sentences, *more]
 
 
-def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
+def _guess_signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     """Return lines and sentences on what is in the files."""
     files: list[columns.Courses] = []
     times: list[Numbers] = []
@@ -67,7 +67,7 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
         except InputError as error:
             broken.append(error)
             continue
-        time = time if files else _time_in(table)
+        time = time if files else _find_time(table)
         files.append(columns.describe_columns(table))
         if time in table.columns:
             rising = table.values[:, table.columns.index(time)]
@@ -89,10 +89,10 @@ def _signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
         if named := [f"{name} ({why[name]})" for name in why if (name in chosen) == keeps]:
             lines.append(f"# {title}: {', '.join(named)}.")
             sentences.append(f"{title}: {', '.join(named)}.")
-    if time is None or not any(row_times.find_rows_in_order(one).sum() > 1 for one in times):
+    if time is None or not any(columns.find_rows_in_order(one).sum() > 1 for one in times):
         missing = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
         return [*lines, "# sample_rate_hz = 100"], [*sentences, missing]
-    clock, sentence = _clock(times, time)
+    clock, sentence = _describe_clock(times, time)
     return [*lines, *clock], [*sentences, sentence]
 
 
@@ -100,7 +100,7 @@ def _key(name: str) -> str:
     return name if name.isdigit() else json.dumps(name, ensure_ascii=False)
 
 
-def _time_in(table: Table) -> str | None:
+def _find_time(table: Table) -> str | None:
     """Return the column named like a time, or else, of columns without names, one that rises."""
     does = columns.describe_columns(table)
     named = [n for n in does if _TIME.fullmatch(n.strip(" %")) and does[n] != columns.TEXTS]
@@ -109,18 +109,18 @@ def _time_in(table: Table) -> str | None:
     return next(iter(named + rising), None)
 
 
-def _clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
+def _describe_clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str]:
     """Return lines and a sentence on the times of all files."""
     named = _TIME.fullmatch(time.strip(" %"))
     declared = (named and named["unit"]) or "s"
-    kept = [found for one in times if len(found := one[row_times.find_rows_in_order(one)]) > 1]
+    kept = [found for one in times if len(found := one[columns.find_rows_in_order(one)]) > 1]
     steps = [np.diff(one) for one in kept]
     usual = float(np.median([np.median(step) for step in steps]))
-    unit = row_times.find_unit(usual, max(map(len, kept)), declared)
+    unit = columns.find_unit(usual, max(map(len, kept)), declared)
     ms, declared_ms = UNITS_MS[unit], usual * UNITS_MS[declared]
     usual_ms, mean_ms = usual * ms, float(np.median([step.mean() for step in steps])) * ms
     longest_ms = float(max(step.max() for step in steps)) * ms
-    dropped = max(1 - float(row_times.find_rows_in_order(one).mean()) for one in times if len(one))
+    dropped = max(1 - float(columns.find_rows_in_order(one).mean()) for one in times if len(one))
     lines = [f"time = {_key(time)}", f'time_unit = "{unit}"']
     sentence = f"Column {time} holds times in {unit}"
     sentence += f", since rows can't be {declared_ms:.3g} ms apart" * (unit != declared)

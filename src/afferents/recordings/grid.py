@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.recordings.frame_rate import RATE_TOLERANCE, lost_frames
+from afferents.recordings.check import RATE_TOLERANCE, lost_frames
 from afferents.recordings.session_file import SessionFile
 from afferents.store.recording import Recording, RecordingSet, natural_order, require_distinct
 
@@ -67,8 +67,10 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
     """
     sizes: dict[str, str] = {}
     for recording in session.recordings:
-        if size := _size(recording, declared):
-            sizes.setdefault(size, recording.name)
+        video = recording.video
+        if video is not None and not (recording.sensor or declared.frame_width):
+            with suppress(InputError):  # which extracting it says
+                sizes.setdefault(f"{video.width}x{video.height}", recording.name)
     if len(sizes) > 1:
         found = ", ".join(f"{size} px in {name}" for size, name in sizes.items())
         raise InputError(
@@ -81,7 +83,7 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
         ("fps_hz", RATE_TOLERANCE, "frames a second", true),
         ("sample_rate_hz", 0.0, "samples a second", each),
     ):
-        rates = [(r, _rate(r, what, declared)) for r in session.recordings]
+        rates = [(r, _find_rate(r, what, declared)) for r in session.recordings]
         most = max((rate for _, rate in rates if rate), default=0.0)
         known = [
             (recording, rate)
@@ -97,16 +99,7 @@ def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> No
                 )
 
 
-def _size(recording: Recording, declared: SessionFile) -> str:
-    """Return its pictures' size; nothing where its own sensor, or what is declared of all, says."""
-    if recording.video is None or recording.sensor or declared.frame_width:
-        return ""
-    with suppress(InputError):  # which extracting it says
-        return f"{recording.video.width}x{recording.video.height}"
-    return ""
-
-
-def _rate(recording: Recording, what: str, declared: SessionFile) -> float | None:
+def _find_rate(recording: Recording, what: str, declared: SessionFile) -> float | None:
     """Return its own rate, Hz, else the one that is declared of all, else its file's, if any."""
     source = recording.video if what == "fps_hz" else recording.audio
     if source is None:

@@ -86,8 +86,8 @@ def guess_rule(paths: Sequence[str]) -> str | None:
     """Return the pattern that nearly all paths fit, by `guess_pattern` or by parts of the names."""
     return (
         guess_pattern(paths)
-        or _labelled(paths)
-        or _by_parts(paths)
+        or _guess_labelled(paths)
+        or _guess_by_parts(paths)
         or guess_pattern(paths, NEARLY_ALL)
     )
 
@@ -173,7 +173,7 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
     return Guess(video, audio, first, parse_speed(speed[1]) if speed else None, repetition)
 
 
-def _labelled(names: Sequence[str]) -> str | None:
+def _guess_labelled(names: Sequence[str]) -> str | None:
     """Return the pattern of names that differ in their numbers alone, those after words named."""
     end, stems = _end(names[0]), [_bare(name) for name in names]
     if len({_NUMBER.sub("#", stem) for stem in stems}) > 1:
@@ -188,7 +188,7 @@ def _labelled(names: Sequence[str]) -> str | None:
     return "".join(a + b for a, b in zip(texts, [*named, end], strict=True))
 
 
-def _by_parts(names: Sequence[str]) -> str | None:
+def _guess_by_parts(names: Sequence[str]) -> str | None:
     """Return the pattern of names whose parts, between separators, are numbers with units or words.
 
     ``denim_015mms_1N_take1.csv`` is ``{texture}_{speed}mms_{force}N_take{take}.csv``.
@@ -205,7 +205,7 @@ def _by_parts(names: Sequence[str]) -> str | None:
         pattern: list[str] = []
         for n, column in enumerate(columns):
             speed = f"{{{SPEED}}}" if n == chosen else None
-            pattern.append(speed or _part(column, "".join(pattern)))
+            pattern.append(speed or _name_part(column, "".join(pattern)))
         ends = [*cut[0][1::2], _end(names[0])]
         found = "".join(a + b for a, b in zip(pattern, ends, strict=True))
         if f"{{{TEXTURE}}}" in found and f"{{{SPEED}}}" in found:
@@ -221,7 +221,7 @@ def _is_fast(column: Sequence[str]) -> bool:
     return max(numbers) <= _FASTEST_MM_S and not _counts(numbers)
 
 
-def _part(column: Sequence[str], before: str) -> str:
+def _name_part(column: Sequence[str], before: str) -> str:
     """Return what stands for one part of all names: itself, a named number, or a word."""
     if len(set(column)) == 1:
         return column[0]

@@ -169,7 +169,7 @@ class ImageFolder:
             images' numbers count no frames.
         """
         if self.rate_hz is None and self.times is not None:
-            return _times_in(self.times, self.numbered)
+            return _read_times(self.times, self.numbered)
         numbers = np.array(list(self.numbered))
         steps = np.diff(numbers)
         least = steps.min(initial=numbers[-1] - numbers[0] or 1)
@@ -185,7 +185,7 @@ class ImageFolder:
     @property
     def began_s(self) -> float:
         """When the first image was taken by the clock of the CSV, s; 0 without one."""
-        return float(_times_in(self.times, self.numbered)[0]) if self.times else 0.0
+        return float(_read_times(self.times, self.numbered)[0]) if self.times else 0.0
 
     def frames(self) -> Iterator[Frame]:
         """Read one image after the other, some ahead in threads.
@@ -216,7 +216,7 @@ def times_beside(path: Path) -> Path | None:
     return next((one for one in places if one.is_file()), None)
 
 
-def _times_in(csv: Path, numbered: dict[int, Picture]) -> NDArray[np.float64]:
+def _read_times(csv: Path, numbered: dict[int, Picture]) -> NDArray[np.float64]:
     """Return the times, s, that a CSV says of numbered images, by its own clock."""
     import pandas as pd
 

@@ -9,14 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
 from afferents.quality.sound import require_finite
-from afferents.recordings import columns, row_times
+from afferents.recordings import columns
 from afferents.recordings.description import UNITS_MS, Signal
-from afferents.recordings.row_times import AGREES, Rows
 from afferents.recordings.tables import Numbers, Table, read_columns, read_table
 from afferents.store.trimming import require_reached
 
@@ -25,7 +23,6 @@ _ROUNDING = 1e-6
 
 _BRIDGED = 5
 """Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
-_UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ class SeriesFile:
         return (self,)
 
     @cached_property
-    def _known(self) -> tuple[int, int, Rows | None]:
+    def _known(self) -> tuple[int, int, columns.Rows | None]:
         table, rows = self._table()
         return len(table.values), len(table.columns), rows
 
@@ -69,7 +66,7 @@ class SeriesFile:
         return self._known[1]
 
     @property
-    def rows(self) -> Rows | None:
+    def rows(self) -> columns.Rows | None:
         """What rows were resampled, None where none were; reads the file."""
         return self._known[2]
 
@@ -111,7 +108,7 @@ class SeriesFile:
             attrs={dims.SAMPLE_RATE: rate_hz, dims.UNITS: self.signal.units},
         )
 
-    def _table(self) -> tuple[Table, Rows | None]:
+    def _table(self) -> tuple[Table, columns.Rows | None]:
         """Return the file's table, with repeated rows once and resampled where that is wanted."""
         table = read_table(self.path, self.signal)
         if self.signal.duplicates == "once":
@@ -124,26 +121,13 @@ class SeriesFile:
         rate_hz = self.signal.resample_hz
         return (table, None) if rate_hz is None else self._resample(table, rate_hz)
 
-    def _resample(self, table: Table, rate_hz: float) -> tuple[Table, Rows]:
+    def _resample(self, table: Table, rate_hz: float) -> tuple[Table, columns.Rows]:
+        """Resample rows to a clock; refuse too many out of order, and too long a gap."""
         time_ms = self._time_ms(table)
         assert time_ms is not None  # resampling needs the column
         require_finite(table.values, self.path, rate_hz)
-        kept = row_times.find_rows_in_order(time_ms)
-        self._check_order(table, time_ms, kept)
-        time_ms = time_ms[kept]
-        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
-        is_finer = row_times.find_oversampling(time_ms, rate_hz) > 1
-        allowed_hz = rate_hz * (row_times.PASSED if is_finer else 0.5)
-        limit_hz = min(allowed_hz, 500 / usual_ms)
-        rows = Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
-        self._check_gaps(table.place[kept], table.unit, time_ms, rows)
-        cubic = self.signal.interpolation == "cubic"
-        values = row_times.resample(time_ms, table.values[kept], rate_hz, cubic)
-        return table._replace(values=values, place=np.arange(len(values)), time=None), rows
-
-    def _check_order(self, table: Table, time_ms: Numbers, kept: NDArray[np.bool_]) -> None:
-        share = 1 - kept.mean()
-        if share > self.signal.out_of_order:
+        kept = columns.find_rows_in_order(time_ms)
+        if (share := 1 - kept.mean()) > self.signal.out_of_order:
             row = int(np.argmin(kept))
             raise InputError(
                 f"{self.path}, {table.unit} {table.place[row]}: expected at most "
@@ -151,18 +135,23 @@ class SeriesFile:
                 f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms; "
                 "allow a larger share in [signal], or leave the time out and say sample_rate_hz"
             )
-
-    def _check_gaps(
-        self, place: NDArray[np.int64], unit: str, time_ms: Numbers, rows: Rows
-    ) -> None:
-        longest_ms = self.signal.longest_gap_ms or _BRIDGED * rows.step_ms
-        if rows.longest_ms > longest_ms * (1 + _ROUNDING):
+        time_ms = time_ms[kept]
+        usual_ms, longest_ms = self._usual_step_ms(time_ms), float(np.diff(time_ms).max())
+        bridged_ms = self.signal.longest_gap_ms or _BRIDGED * usual_ms
+        if longest_ms > bridged_ms * (1 + _ROUNDING):
             row = int(np.argmax(np.diff(time_ms))) + 1
             raise InputError(
-                f"{self.path}, {unit} {place[row]}: expected rows at most {longest_ms:.4g} ms "
-                f"apart (longest_gap_ms), found {rows.longest_ms:.4g} ms; say in [signal] how "
-                "long a gap may be bridged"
+                f"{self.path}, {table.unit} {table.place[kept][row]}: expected rows at most "
+                f"{bridged_ms:.4g} ms apart (longest_gap_ms), found {longest_ms:.4g} ms; say in "
+                "[signal] how long a gap may be bridged"
             )
+        is_finer = columns.find_oversampling(time_ms, rate_hz) > 1
+        allowed_hz = rate_hz * (columns.PASSED if is_finer else 0.5)
+        limit_hz = min(allowed_hz, 500 / usual_ms)
+        rows = columns.Rows(len(kept), int((~kept).sum()), usual_ms, longest_ms, limit_hz)
+        cubic = self.signal.interpolation == "cubic"
+        values = columns.resample(time_ms, table.values[kept], rate_hz, cubic)
+        return table._replace(values=values, place=np.arange(len(values)), time=None), rows
 
     def _time_ms(self, table: Table) -> Numbers | None:
         """Return the times of all rows, ms; None where no column says."""
@@ -182,12 +171,12 @@ class SeriesFile:
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         declared, each = self.signal.time_unit, usual_ms / self.signal.time_ms
-        other = row_times.find_unit(each, len(time_ms), declared)
+        other = columns.find_unit(each, len(time_ms), declared)
         if other != declared or not 1e-4 <= usual_ms <= 1000:
             as_other = f", in {other} {each * UNITS_MS[other]:.3g} ms" * (other != declared)
             raise InputError(
-                f"{self.path}: expected rows at most {row_times.SLOWEST_S:g} s apart, and "
-                f"{row_times.SHORTEST_S:g} s to an hour of them, found {len(time_ms)} rows "
+                f"{self.path}: expected rows at most {columns.SLOWEST_S:g} s apart, and "
+                f"{columns.SHORTEST_S:g} s to an hour of them, found {len(time_ms)} rows "
                 f"{usual_ms:.3g} ms apart{as_other}; "
                 "correct [signal] time_unit, or say sample_rate_hz, at least 1, where it is right"
             )
@@ -208,7 +197,7 @@ class SeriesFile:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
         if self.signal.resample_hz is not None:
             return
-        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > AGREES:
+        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > columns.AGREES:
             raise self._other_rate(rate_hz, table.rate_hz)
         time_ms = self._time_ms(table)
         if time_ms is None or len(time_ms) < 2:
@@ -216,26 +205,24 @@ class SeriesFile:
         period_ms, step = 1000 / rate_hz, np.diff(time_ms)
         jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
         usual_ms = self._usual_step_ms(time_ms)
-        if abs(usual_ms - period_ms) > max(jitter_ms, AGREES * period_ms):
+        if abs(usual_ms - period_ms) > max(jitter_ms, columns.AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
         uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
         irregular = np.flatnonzero(uneven | (step < 0))
         if len(irregular):
-            raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
+            row = int(irregular[0]) + 1
+            before, now = time_ms[row - 1 : row + 1]
+            expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter_ms:g})"
+            found = f"{now - before:g} ms"
+            if now < before:
+                expected, found = "times that go on", f"{before:g} ms, then {now:g} ms"
+            raise InputError(
+                f"{self.path}, {table.unit} {table.place[row]}: expected {expected}, found "
+                f"{found}; say resample_hz in [signal] if the sensor writes rows unevenly"
+            )
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
-        if abs(mean_ms / period_ms - 1) > AGREES:
+        if abs(mean_ms / period_ms - 1) > columns.AGREES:
             raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
-
-    def _irregular(
-        self, table: Table, time_ms: Numbers, row: int, period_ms: float, jitter: float
-    ) -> InputError:
-        where = f"{self.path}, {table.unit} {table.place[row]}"
-        before, now = time_ms[row - 1 : row + 1]
-        if now < before:
-            found = f"{before:g} ms, then {now:g} ms"
-            return InputError(f"{where}: expected times that go on, found {found}; {_UNEVEN}")
-        expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter:g})"
-        return InputError(f"{where}: expected {expected}, found {now - before:g} ms; {_UNEVEN}")
 
     def _other_rate(self, expected_hz: float, found_hz: float, over: str = "") -> InputError:
         expected = f"the sample rate of the data set, {expected_hz:g} Hz"
@@ -275,7 +262,7 @@ class JoinedFiles:
         """Samples in each channel; reads the files, which must be about equally long."""
         lengths = {file.path.name: file.n_samples for file in self.files}
         least, most = min(lengths.values()), max(lengths.values())
-        if most - least > max(1, AGREES * most):
+        if most - least > max(1, columns.AGREES * most):
             found = " and ".join(f"{n} in {name}" for name, n in lengths.items())
             raise InputError(
                 f"{self.path}: expected files of one recording to have as many rows, found {found}"
@@ -294,26 +281,19 @@ class JoinedFiles:
 
     def read(self) -> xr.DataArray:
         """Read all channels, as `SeriesFile.read`; what some files have at the end is left out."""
-        n = self.n_samples
-        read = {part: file.read() for part, file in self.parts.items()}
-        named = [
-            one.isel({dims.AUDIO_TIME: slice(n)}).assign_coords(
-                {
-                    dims.CHANNEL: [part]
-                    if one.sizes[dims.CHANNEL] == 1
-                    else [f"{part} {name}" for name in one[dims.CHANNEL].values]
-                }
-            )
-            for part, one in read.items()
-        ]
-        return xr.concat(named, dims.CHANNEL, combine_attrs="override").transpose(
-            dims.AUDIO_TIME, dims.CHANNEL
-        )
+        n, parts = self.n_samples, []
+        for part, file in self.parts.items():
+            one = file.read().isel({dims.AUDIO_TIME: slice(n)})
+            names = [f"{part} {name}" for name in one[dims.CHANNEL].values]
+            names = names if len(names) > 1 else [part]
+            parts.append(one.assign_coords({dims.CHANNEL: names}))
+        whole = xr.concat(parts, dims.CHANNEL, combine_attrs="override")
+        return whole.transpose(dims.AUDIO_TIME, dims.CHANNEL)
 
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     """Return what was resampled, and how much of files is not their own; reads them."""
-    found: list[tuple[SeriesFile, Rows]] = []
+    found: list[tuple[SeriesFile, columns.Rows]] = []
     for file in files:
         with suppress(InputError):  # which reading it says
             if file.rows is not None:

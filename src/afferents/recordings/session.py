@@ -13,39 +13,12 @@ import numpy as np
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
-from afferents.recordings.audio import advise_conversion, sound_within
-from afferents.recordings.check import ClipFile, check_files, check_recording
+from afferents.recordings import audio, check, layouts, media, session_file
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.grid import require_grid
-from afferents.recordings.layouts import (
-    AUDIO,
-    REFERENCE,
-    VIDEO,
-    make_clip,
-    published,
-    recording_folders,
-)
-from afferents.recordings.listed import find_press, find_reference, listed
-from afferents.recordings.media import (
-    OTHER_SOUNDS,
-    SOUNDS,
-    VIDEOS,
-    find_media,
-    is_image_folder,
-    left_out,
-    named,
-)
+from afferents.recordings.layouts import AUDIO, REFERENCE, VIDEO
 from afferents.recordings.pictures import ZIP
-from afferents.recordings.session_file import (
-    SESSION_FILES,
-    SESSION_TOML,
-    ListedRecording,
-    SessionFile,
-    StrictFile,
-    parse_declaration,
-    parse_rate,
-    session_file,
-)
+from afferents.recordings.session_file import SESSION_TOML, ListedRecording, SessionFile, StrictFile
 from afferents.recordings.video import VideoFile
 from afferents.store.recording import Recording, RecordingSet, natural_order
 from afferents.store.responses import Responses
@@ -72,14 +45,18 @@ class Session(RecordingSet):
         used = [path for recording in self.recordings for path in recording.files]
         used += [self.reference.path] if self.reference else []
         videos = [r.video.path for r in self.recordings if isinstance(r.video, VideoFile)]
-        declared, why = self.declared, f"not called <texture>/<speed>/{VIDEO} or {AUDIO}"
+        declared, why = (
+            self.declared,
+            f"not called <texture>/<speed>/{VIDEO} or {AUDIO}",
+        )
         if declared.names_files:
             of = f"of the pattern '{declared.pattern}'" if declared.pattern else "listed"
             why = f"not {of} in {declared.file}"
+        advice = audio.advise_conversion(Path("NAME"))
         return [
-            *left_out(self.root, used, VIDEOS | SOUNDS, why),
-            *left_out(self.root, used, OTHER_SOUNDS, advise_conversion(Path("NAME"))),
-            *sound_within(videos),
+            *media.left_out(self.root, used, media.VIDEOS | media.SOUNDS, why),
+            *media.left_out(self.root, used, media.OTHER_SOUNDS, advice),
+            *audio.sound_within(videos),
         ]
 
     def resolve(self) -> "Session":
@@ -127,7 +104,9 @@ class Session(RecordingSet):
         for number, row in enumerate(rows):
             as_form(row, ListedRecording, f"row {number} of the table", "a recording")
         content = {**declared, "recordings": rows}
-        return make_session(folder, parse_declaration(content, "the table", StrictFile))
+        return make_session(
+            folder, session_file.parse_declaration(content, "the table", StrictFile)
+        )
 
 
 def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
@@ -163,10 +142,10 @@ class PublishedSession(DataSet):
         """Return whether there is a session file, or a folder in the published layout."""
         if not path.is_dir():
             return False
-        if any((path / name).is_file() for name in SESSION_FILES):
+        if any((path / name).is_file() for name in session_file.SESSION_FILES):
             return True
         with suppress(InputError, OSError):  # which reading it says
-            return any(True for _ in recording_folders(path))
+            return any(True for _ in layouts.recording_folders(path))
         return False
 
     def declared(self) -> SessionFile:
@@ -176,7 +155,7 @@ class PublishedSession(DataSet):
                 f"{self.path}: expected a session folder, found "
                 f"{'a file' if self.path.exists() else 'no such folder'}"
             )
-        return session_file(self.path)
+        return session_file.read_session_file(self.path)
 
     @property
     def root(self) -> Path:
@@ -195,12 +174,12 @@ class PublishedSession(DataSet):
     def at_rate(self, fps_hz: float) -> Self:
         """Return it with the true frame rate of its videos."""
         found = type(self)(self.path)
-        found.fps_hz = parse_rate(fps_hz)
+        found.fps_hz = session_file.parse_rate(fps_hz)
         return found
 
     def check(self, recording: Recording) -> list[QualityIssue]:
         """Return what differs from the session's own declaration."""
-        return check_recording(recording, self._declared, KINDS)
+        return check.check_recording(recording, self._declared, KINDS)
 
     def describe(self, session: RecordingSet) -> list[str]:
         """Return whether there is a marker reference, and what was found but is not used."""
@@ -228,7 +207,7 @@ class Pictures(PublishedSession):
     @classmethod
     def recognises(cls, path: Path) -> bool:
         """Return whether it is a zip file, or a folder of numbered images and nothing else."""
-        return path.suffix.lower() == ZIP if path.is_file() else is_image_folder(path)
+        return path.suffix.lower() == ZIP if path.is_file() else media.is_image_folder(path)
 
     @property
     def root(self) -> Path:
@@ -238,12 +217,12 @@ class Pictures(PublishedSession):
     def declared(self) -> SessionFile:
         """Name them: the texture is their name."""
         only = {"video": self.path.name, "texture": self.path.stem}
-        declared = parse_declaration({"recordings": [only]}, self.path)
+        declared = session_file.parse_declaration({"recordings": [only]}, self.path)
         declared._notes = ()
         return declared
 
 
-def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str, Recording]:
+def match_recordings(session: Session, extracted: Iterable[Responses]) -> dict[str, Recording]:
     """Return a session's recordings by name, which must hold those that were extracted.
 
     Their videos have the frame rate that they were extracted at.
@@ -260,14 +239,14 @@ def recordings_of(session: Session, extracted: Iterable[Responses]) -> dict[str,
             raise InputError(
                 f"{session.root}: expected the recording '{name}' of the store, found none"
             )
-        if checksum and checksum != check_files(found[name], session.declared):
+        if checksum and checksum != check.check_files(found[name], session.declared):
             expected = f"the files of '{name}' that the store was extracted from"
             raise InputError(
                 f"{session.root}: expected {expected}, found others; give that session, or none"
             )
         rate_hz = json.loads(responses.attrs.get("declared", "{}")).get("fps_hz")
-        if rate_hz and isinstance(video := found[name].video, ClipFile):
-            seen = make_clip(video.path, session.declared, rate_hz)
+        if rate_hz and isinstance(video := found[name].video, check.ClipFile):
+            seen = layouts.make_clip(video.path, session.declared, rate_hz)
             found[name] = replace(found[name], video=seen)
     return found
 
@@ -281,15 +260,16 @@ def make_session(root: Path, declared: SessionFile) -> Session:
         If the folder is unreadable, holds no condition, or not what `require_grid` asks for.
     """
     with reading(root, "a readable folder", OSError):
-        found = listed(root, declared) if declared.names_files else published(root, declared)
-        there = [] if found else find_media(root)
+        find = layouts.listed if declared.names_files else layouts.published
+        found = find(root, declared)
+        there = [] if found else media.find_media(root)
     if not found:
         expected = f"{root}: expected conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}"
         if not there:
             raise InputError(f"{expected}, found none of them")
         raise InputError(
             f"{expected}, or a {SESSION_TOML} that says which files are recordings, found "
-            f"{named(root, there)}; 'afferents init {root}' writes a first {SESSION_TOML}"
+            f"{media.named(root, there)}; 'afferents init {root}' writes a first {SESSION_TOML}"
         )
 
     def place(one: Recording) -> tuple[tuple[float, str], float, list[tuple[float, str]]]:
@@ -298,5 +278,5 @@ def make_session(root: Path, declared: SessionFile) -> Session:
 
     recordings = tuple(sorted(found, key=place))
     require_grid(root, recordings, declared)
-    reference = find_reference(root, declared, recordings[0])
-    return Session(root, recordings, reference, declared, find_press(root, declared))
+    reference = layouts.find_reference(root, declared, recordings[0])
+    return Session(root, recordings, reference, declared, layouts.find_press(root, declared))

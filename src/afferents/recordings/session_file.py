@@ -33,7 +33,7 @@ _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
 _LONGEST = 100
 
 
-def _text_of(label: Any) -> Any:
+def _as_text(label: Any) -> Any:
     """Return a number as the text that names a folder, and text as names are compared."""
     if isinstance(label, str):
         return fold_label(label)
@@ -53,13 +53,13 @@ def require_label(label: str) -> str:
     return label
 
 
-def _labels(name: str) -> str:
+def _require_labels(name: str) -> str:
     for part in name.split("/"):
         require_label(part)
     return name
 
 
-def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | float]:
+def _require_conditions(conditions: Mapping[str, str | float]) -> Mapping[str, str | float]:
     for name, value in conditions.items():
         require_label(name)
         if name == "speed":
@@ -69,14 +69,14 @@ def _with_names(conditions: Mapping[str, str | float]) -> Mapping[str, str | flo
     return conditions
 
 
-def _new_name(name: str) -> str:
+def _require_new_name(name: str) -> str:
     if not name.isidentifier() or name in VARIABLES:
         raise ValueError("a name of letters that no response has")
     return name
 
 
-Label = Annotated[str, BeforeValidator(_text_of), AfterValidator(require_label)]
-Conditions = Annotated[Mapping[str, str | float], AfterValidator(_with_names)]
+Label = Annotated[str, BeforeValidator(_as_text), AfterValidator(require_label)]
+Conditions = Annotated[Mapping[str, str | float], AfterValidator(_require_conditions)]
 """What else is known of a recording, by name: pressure, direction, trial."""
 Text = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -100,7 +100,7 @@ class Logged(StrictForm):
         Of the numbers, such as ``N``.
     """
 
-    name: Annotated[str, AfterValidator(_new_name)]
+    name: Annotated[str, AfterValidator(_require_new_name)]
     file: Text
     time: Text
     columns: Annotated[tuple[Text, ...], Field(min_length=1)]
@@ -146,7 +146,7 @@ class ListedRecording(StrictForm):
     texture: Label
     speed_mm_s: Positive | None = None
     repetition: Label | None = None
-    id: Annotated[str, BeforeValidator(_text_of), AfterValidator(_labels)] | None = None
+    id: Annotated[str, BeforeValidator(_as_text), AfterValidator(_require_labels)] | None = None
     conditions: Conditions = Field(default_factory=dict)
     fps_hz: Positive | None = None
     steady_s: Steady | None = None
@@ -248,7 +248,7 @@ class SessionFile(BaseModel):
     frame_width: int | None = Field(640, ge=1)
     frame_height: int | None = Field(480, ge=1)
     steady_s: Steady | None = None
-    holes: tuple[tuple[Annotated[str, BeforeValidator(_text_of)], float], ...] = ()
+    holes: tuple[tuple[Annotated[str, BeforeValidator(_as_text)], float], ...] = ()
     direction: str = Field("+x", pattern=r"^[+-][xy]$")
     simulated: bool = False
     checksums: Mapping[str, Mapping[str, str]] = Field(default_factory=dict)
@@ -346,7 +346,7 @@ def parse_rate(fps_hz: float) -> float:
     return float(fps_hz)
 
 
-def session_file(root: Path) -> SessionFile:
+def read_session_file(root: Path) -> SessionFile:
     """Read `session.toml` or `session.json`; return the published defaults where there is none.
 
     In `session.toml` unknown keys are refused; `session.json` may hold what other programs note.

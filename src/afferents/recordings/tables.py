@@ -89,16 +89,18 @@ def read_table(path: Path, signal: Signal) -> Table:
         of a CSV it names the line.
     """
     table = read_columns(path, signal)
-    times = [] if signal.time is None else _named(path, table, signal.time)[:1]
-    packed = [_named(path, table, wanted) for wanted in signal.packed]
-    names = [n for wanted in signal.channels or signal.packed for n in _named(path, table, wanted)]
+    times = [] if signal.time is None else _find_columns(path, table, signal.time)[:1]
+    packed = [_find_columns(path, table, wanted) for wanted in signal.packed]
+    names = [
+        n for wanted in signal.channels or signal.packed for n in _find_columns(path, table, wanted)
+    ]
     names = names or [name for name in table.columns if name not in times]
     if twice := [name for name, n in Counter(names).items() if n > 1]:
         raise InputError(f"{path}: expected each channel once, found '{twice[0]}' twice")
     read = [table.columns.index(name) for name in [*names, *times]]
     values = table.values[:, read]
     if table.unit == "line" and not np.isfinite(values).all():
-        raise _fault(path, signal, table.columns, read)
+        raise _find_fault(path, signal, table.columns, read)
     texts = np.isnan(values).all(axis=0)
     if texts.any():
         text = table.columns[read[int(np.argmax(texts))]]
@@ -131,7 +133,7 @@ def _unpack(
     return table._replace(columns=names, values=values, place=np.repeat(table.place, n), time=time)
 
 
-def _named(path: Path, table: Table, wanted: str | int) -> Sequence[str]:
+def _find_columns(path: Path, table: Table, wanted: str | int) -> Sequence[str]:
     """Return the columns of a name, a pattern or a number."""
     name = str(wanted)
     if isinstance(wanted, int) and name not in table.columns and wanted < len(table.columns):
@@ -150,10 +152,10 @@ def _require_different(path: Path, names: Sequence[str]) -> None:
         )
 
 
-def _csv(path: Path, signal: Signal) -> Table:
+def _read_csv(path: Path, signal: Signal) -> Table:
     import pandas as pd
 
-    names, first, text = _head(path, signal)
+    names, first, text = _read_head(path, signal)
     _require_different(path, names)
     if signal.columns and names != list(signal.columns):
         expected = f"the columns {', '.join(signal.columns)}"
@@ -171,13 +173,13 @@ def _csv(path: Path, signal: Signal) -> Table:
         try:
             texts = pd.read_csv(io.StringIO(text), **options, dtype=str).fillna("")
         except ValueError:
-            raise _fault(path, signal, names, ()) from None
+            raise _find_fault(path, signal, names, ()) from None
         points = texts.apply(lambda one: one.str.replace(signal.decimal, "."))
         frame = points.apply(pd.to_numeric, errors="coerce")
     while frame.shape[1] > len(names) and frame.iloc[:, -1].isna().all():
         frame = frame.iloc[:, :-1]  # rows that end in a separator
     if frame.shape[1] != len(names):
-        raise _fault(path, signal, names, ())
+        raise _find_fault(path, signal, names, ())
     values = frame.to_numpy(np.float64)
     return Table(tuple(names), values, np.arange(len(values)) + first, "line")
 
@@ -193,11 +195,11 @@ def read_texts(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     with reading(path, "a readable CSV file"), _open_text(path) as file:
         first = file.readline()
         separator = max(",;\t", key=first.count)
-        names = _fields(first, separator)
+        names = _split(first, separator)
         for number, line in enumerate(file, start=2):
             if not line.strip():
                 continue
-            fields = _fields(line, separator)
+            fields = _split(line, separator)
             if len(fields) != len(names):
                 raise InputError(
                     f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
@@ -212,7 +214,7 @@ def _open_text(path: Path) -> io.TextIOWrapper:
     return path.open(encoding="utf-16" if wide else "utf-8-sig", errors="replace")
 
 
-def _fields(line: str, separator: str) -> list[str]:
+def _split(line: str, separator: str) -> list[str]:
     """Return what stands between separators, without quotes and blanks around it."""
     (fields,) = csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True)
     return [field.strip() for field in fields] or [""]
@@ -224,7 +226,7 @@ def _is_number(field: str, decimal: str) -> bool:
     return NUMBER.fullmatch(swapped) is not None
 
 
-def _head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
+def _read_head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
     """Return the names of a CSV's columns, the number of its first row's line, and all rows.
 
     Comments, which begin with ``#``, and a row of units below the names are left out. Where numbers
@@ -234,13 +236,13 @@ def _head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
         comment, line, n = "", file.readline(), 1
         while line.startswith("#"):
             comment, line, n = line.lstrip("# "), file.readline(), n + 1
-        header = _fields(line, signal.separator)
+        header = _split(line, signal.separator)
         if signal.header:
             if comment and all(_is_number(field, signal.decimal) for field in header):
-                header = _fields(comment, signal.separator)
+                header = _split(comment, signal.separator)
             else:
                 line, n = file.readline(), n + 1
-            below = _fields(line, signal.separator)
+            below = _split(line, signal.separator)
             if len(below) == len(header) and any(below) and all(map(_UNIT.fullmatch, below)):
                 line, n = file.readline(), n + 1
         while len(header) > 1 and not header[-1]:
@@ -249,11 +251,13 @@ def _head(path: Path, signal: Signal) -> tuple[list[str], int, str]:
         return names, n, (line + file.read()).rstrip()
 
 
-def _fault(path: Path, signal: Signal, names: Sequence[str], read: Iterable[int]) -> InputError:
+def _find_fault(
+    path: Path, signal: Signal, names: Sequence[str], read: Iterable[int]
+) -> InputError:
     """Return what is wrong with the first line at fault, in the columns that are read."""
-    _, first, text = _head(path, signal)
+    _, first, text = _read_head(path, signal)
     for number, line in enumerate(text.split("\n"), start=first):
-        fields = _fields(line, signal.separator)
+        fields = _split(line, signal.separator)
         while len(fields) > len(names) and not fields[-1]:
             fields.pop()
         if len(fields) != len(names):
@@ -285,15 +289,15 @@ def find_dialect(path: Path) -> Signal:
     rows = [line for line in lines if not line.startswith("#")] or [""]
 
     def fit(line: str, separator: str, decimal: str) -> int:
-        fields = filter(None, _fields(line, separator))
+        fields = filter(None, _split(line, separator))
         return sum(1 if _is_number(field, decimal) else -1 for field in fields)
 
     best = max(_DIALECTS, key=lambda one: sum(fit(row, *one) for row in rows[len(rows) // 2 :]))
-    names = _fields(rows[0], best[0])
+    names = _split(rows[0], best[0])
     header = fit(rows[0], *best) < sum(map(bool, names)) or rows == [""]
     if not header and len(rows) < len(lines):  # as NumPy writes names
         comment = lines[lines.index(rows[0]) - 1].lstrip("# ")
-        header = len(_fields(comment, best[0])) == len(names)
+        header = len(_split(comment, best[0])) == len(names)
     pairs = [row.split(",") for row in rows[header:] if re.fullmatch(r"[-+]?\d+,\d+", row)]
     if pairs and len(pairs) == len(rows) - header:
         first, second = ({*column} for column in zip(*pairs, strict=True))
@@ -304,48 +308,48 @@ def find_dialect(path: Path) -> Signal:
     return Signal(separator=best[0], decimal=best[1], header=header)
 
 
-def _parquet(path: Path, signal: Signal) -> Table:
+def _read_parquet(path: Path, signal: Signal) -> Table:
     import_extra("parquet", str(path), "pyarrow")
     import pandas as pd
 
     frame = pd.read_parquet(path.absolute(), columns=list(signal.arrays) or None)
-    return _columns(path, {str(name): frame[name].to_numpy() for name in frame.columns})
+    return _make_table(path, ((str(name), frame[name].to_numpy()) for name in frame.columns))
 
 
-def _numpy(path: Path, signal: Signal) -> Table:
+def _read_numpy(path: Path, signal: Signal) -> Table:
     found = np.load(path, allow_pickle=False)
     if isinstance(found, np.ndarray):
-        return _columns(path, _parts("", found))
+        return _make_table(path, [("", found)])
     with found:
-        wanted = _wanted(path, list(found), signal)
-        return _columns(path, _joined(path, ((key, found[key]) for key in wanted)))
+        wanted = _choose_arrays(path, list(found), signal)
+        return _make_table(path, ((key, found[key]) for key in wanted))
 
 
-def _hdf5(path: Path, signal: Signal, matlab: bool = False) -> Table:
+def _read_hdf5(path: Path, signal: Signal, matlab: bool = False) -> Table:
     h5py = import_extra("hdf5", str(path), "h5py")
     with h5py.File(path, "r") as file:
         names: list[str] = []
         file.visititems(lambda name, one: names.append(name) if hasattr(one, "shape") else None)
-        wanted = _wanted(path, names, signal)
+        wanted = _choose_arrays(path, names, signal)
         arrays = {key: np.asarray(file[key][()]) for key in wanted}
     if matlab:
         arrays = {key: array.T.squeeze() for key, array in arrays.items()}
-    return _columns(path, _joined(path, arrays.items()))
+    return _make_table(path, arrays.items())
 
 
-def _matlab(path: Path, signal: Signal) -> Table:
+def _read_matlab(path: Path, signal: Signal) -> Table:
     """Read a MATLAB file: of version 7.3, which is HDF5, with h5py, else with SciPy."""
     from scipy.io import loadmat
 
     try:
         found = loadmat(path, simplify_cells=True, appendmat=False)
     except NotImplementedError:  # version 7.3, which keeps arrays the other way round
-        return _hdf5(path, signal, matlab=True)
+        return _read_hdf5(path, signal, matlab=True)
     there = _flatten({name: one for name, one in found.items() if not name.startswith("__")})
-    wanted = _wanted(path, list(there), signal)
+    wanted = _choose_arrays(path, list(there), signal)
     if not signal.arrays:  # the texts and single numbers of a struct are no columns
         wanted = [name for name in wanted if np.ndim(there[name])]
-    return _columns(path, _joined(path, ((key, there[key]) for key in wanted)))
+    return _make_table(path, ((key, there[key]) for key in wanted))
 
 
 def _flatten(group: Mapping[str, Any], above: str = "") -> dict[str, Any]:
@@ -359,16 +363,16 @@ def _flatten(group: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return there
 
 
-def _sound(path: Path, signal: Signal) -> Table:
+def _read_sound(path: Path, signal: Signal) -> Table:
     import soundfile
 
     samples, rate_hz = soundfile.read(sound_name(path), dtype="float64", always_2d=True)
     _ = WavFile(path, 0).header  # refuses one that was cut off
-    table = _columns(path, _parts("", samples))
+    table = _make_table(path, [("", samples)])
     return table._replace(rate_hz=float(rate_hz))
 
 
-def _wanted(path: Path, there: Sequence[str], signal: Signal) -> Sequence[str]:
+def _choose_arrays(path: Path, there: Sequence[str], signal: Signal) -> Sequence[str]:
     """Return the arrays of a file that are read: those named, else all."""
     if missing := [key for key in signal.arrays if key not in there]:
         found = ", ".join(there) or "none"
@@ -378,22 +382,19 @@ def _wanted(path: Path, there: Sequence[str], signal: Signal) -> Sequence[str]:
     return signal.arrays or there
 
 
-def _joined(path: Path, arrays: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    named = [(name, part) for key, array in arrays for name, part in _parts(key, array).items()]
-    _require_different(path, [name for name, _ in named])
-    return dict(named)
+def _make_table(path: Path, arrays: Iterable[tuple[str, Any]]) -> Table:
+    """Return a table of arrays, each a column or (row, column), numbered after its name.
 
-
-def _parts(key: str, array: Any) -> dict[str, Any]:
-    """Return the columns of an array: one, or those of (row, column), numbered after its name."""
-    array = np.asarray(array)
-    if array.ndim == 2:
-        return {f"{key}{number}": column for number, column in enumerate(array.T)}
-    return {key or "0": array}
-
-
-def _columns(path: Path, columns: dict[str, Any]) -> Table:
-    """Return a table of columns that must be equally long; what holds no numbers is NaN."""
+    Columns must be equally long; what holds no numbers is NaN.
+    """
+    parts: list[tuple[str, Any]] = []
+    for key, array in ((key, np.asarray(array)) for key, array in arrays):
+        if array.ndim == 2:
+            parts += [(f"{key}{number}", column) for number, column in enumerate(array.T)]
+        else:
+            parts.append((key or "0", array))
+    columns = dict(parts)
+    _require_different(path, [name for name, _ in parts])
     for name, values in columns.items():
         if values.ndim != 1:
             found = f"{values.ndim} dims of {values.dtype} in '{name}'"
@@ -416,14 +417,14 @@ def _columns(path: Path, columns: dict[str, Any]) -> Table:
 
 Reader = Callable[[Path, Signal], Table]
 FORMATS: dict[str, Reader] = {
-    "csv": _csv,
-    "parquet": _parquet,
-    "npy": _numpy,
-    "npz": _numpy,
-    "wav": _sound,
-    "flac": _sound,
-    "h5": _hdf5,
-    "hdf5": _hdf5,
-    "mat": _matlab,
+    "csv": _read_csv,
+    "parquet": _read_parquet,
+    "npy": _read_numpy,
+    "npz": _read_numpy,
+    "wav": _read_sound,
+    "flac": _read_sound,
+    "h5": _read_hdf5,
+    "hdf5": _read_hdf5,
+    "mat": _read_matlab,
 }
 """By suffix."""

@@ -25,7 +25,7 @@ from afferents.recordings.media import named
 from afferents.recordings.pictures import TIME_COLUMNS, ImageFolder, times_beside
 from afferents.recordings.session import PublishedSession
 from afferents.recordings.session_file import SESSION_FILES, SessionFile, parse_declaration
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.motion import differentiate
 
 TARGETS, STILLS, PARTS = "targets.csv", "tactile_images", ("train", "val")
@@ -134,13 +134,16 @@ class Streams(PublishedSession):
             image = PureWindowsPath(row[STILLS])
             if row[TEXTURE] == AT_REST:
                 rests.append(f"{STILLS}/{image.name}")
-            elif (stills / image.stem).is_dir():
+            elif (stream := stills / image.stem).is_dir():
+                # All of a stream is steady, if a CSV says how long it is.
+                times = times_beside(stream)
+                steady = {"steady_s": (0.0, ImageFolder(stream).duration_s)} if times else {}
                 recordings.append({
                     "id": image.stem,
                     "video": f"{STILLS}/{image.stem}",
                     "texture": row[TEXTURE],
                     "rest_frame": 0,
-                    **_all_of(stills / image.stem),
+                    **steady,
                     "conditions": _conditions(row, TEXTURE, STILLS),
                 })  # fmt: skip
             elif (stills / image.name).is_file():
@@ -165,11 +168,6 @@ class Streams(PublishedSession):
             f"stream ({named(Path(), without)}): they have no RA-I, and are left out."
         ] * bool(without)
         return _declared(recordings, self.path, notes, reference=rests[0], rest="reference")
-
-
-def _all_of(stream: Path) -> dict[str, tuple[float, float]]:
-    """Return a stream's steady part, which is all of it; else none, where no CSV says how long."""
-    return {"steady_s": (0.0, ImageFolder(stream).duration_s)} if times_beside(stream) else {}
 
 
 class Runs(PublishedSession):

@@ -1,8 +1,7 @@
 """Video files, decoded frame by frame, with the frame times that the container holds."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -13,7 +12,6 @@ import numpy as np
 from av.container import InputContainer
 from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange
-from av.video.stream import VideoStream
 
 from afferents.errors import InputError, reading
 from afferents.progress import Progress
@@ -21,7 +19,7 @@ from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
 from afferents.recordings.media import IMAGES, refuse_bag
 from afferents.recordings.pictures import ZIP, ImageFolder
-from afferents.store.recording import Frame, GreyImage, Video
+from afferents.store.recording import Frame, Video
 
 _BLACK, _WHITE = 16, 235
 _EXPANDED: Final = np.clip(
@@ -89,7 +87,18 @@ class VideoFile:
             If the file is missing or not a readable video.
         """
         with _opened(self.path) as container:
-            return _read_header(container, container.streams.video[0])
+            stream = container.streams.video[0]
+            rate = stream.average_rate or stream.guessed_rate
+            if not rate or not stream.width or not stream.height:
+                raise InputError(
+                    f"{self.path}: expected a video with a frame rate and a size, found neither "
+                    "in it"
+                )
+            start_s = float((stream.start_time or 0) * (stream.time_base or 0))
+            origin_s = start_s if container.format.name in _BROADCAST else 0.0
+            n, fps_hz = stream.frames or None, float(rate)
+            duration_s = n / fps_hz if n else (container.duration or 0) / av.time_base
+        return _Header(fps_hz, stream.width, stream.height, n, start_s, origin_s, duration_s)
 
     @cached_property
     def fps_hz(self) -> float:
@@ -149,11 +158,9 @@ class VideoFile:
         """
         n, n_damaged, end_s, fault = 0, 0, 0.0, ""
         with _opened(self.path) as container:
-            stream = container.streams.video[0]
-            stream.thread_type = "NONE"  # threads cost half as much again; videos go side by side
-            frames = _decode(container, stream)
+            decoded = _decode(container)
             while not fault:
-                ahead, fault = _read_ahead(frames)
+                ahead, fault = next(decoded)
                 for frame in ahead:
                     if frame is None:
                         n_damaged += 1
@@ -161,11 +168,16 @@ class VideoFile:
                     time_s, duration_s = self._times_s(frame, n)
                     if n == 0:
                         self._require_key_frame(frame, time_s, n_damaged)
-                    self._require_size(frame, time_s)
+                    if (frame.width, frame.height) != (self.width, self.height):
+                        raise InputError(  # the camera came back set otherwise
+                            f"{self.path}: expected pictures of {self.width}x{self.height} px to "
+                            f"the end, found {frame.width}x{frame.height} px at {time_s:.2f} s; "
+                            "cut the clip there, or record it again"
+                        )
                     own_s = time_s - self.header.origin_s
                     shown_s = (n + n_damaged) / self.rate_hz if self.rate_hz else own_s
                     n, end_s = n + 1, time_s + duration_s
-                    yield Frame(shown_s, *read_luma(frame), _in_colour(frame))
+                    yield _make_frame(frame, shown_s)
         if fault != _END:
             raise self._stopped(n, end_s, f"decoding stops ({fault})")
         if self._ends_early(n, end_s):
@@ -181,15 +193,6 @@ class VideoFile:
             f"none before {max(late_s, 0):.2f} s; cut the clip at a key frame, or export it again"
         )
 
-    def _require_size(self, frame: VideoFrame, time_s: float) -> None:
-        """Refuse pictures of another size than the first: the camera came back set otherwise."""
-        if (frame.width, frame.height) != (self.width, self.height):
-            raise InputError(
-                f"{self.path}: expected pictures of {self.width}x{self.height} px to the end, "
-                f"found {frame.width}x{frame.height} px at {time_s:.2f} s; cut the clip there, or "
-                "record it again"
-            )
-
     def _times_s(self, frame: VideoFrame, n: int) -> tuple[float, float]:
         """Return the presentation time of frame n and how long it is shown, s."""
         ticks, base = frame.pts if frame.pts is not None else frame.dts, frame.time_base
@@ -197,8 +200,11 @@ class VideoFile:
             raise InputError(
                 f"{self.path}: expected a presentation time for every frame, found none for {n}"
             )
-        duration_s = _seconds(frame.duration, base) if frame.duration else 1 / self.header.fps_hz
-        return _seconds(ticks, base), duration_s
+        # Each is rounded once; a product of fractions takes ten times as long.
+        duration_s = 1 / self.header.fps_hz
+        if frame.duration:
+            duration_s = frame.duration * base.numerator / base.denominator
+        return ticks * base.numerator / base.denominator, duration_s
 
     def _ends_early(self, n: int, end_s: float) -> bool:
         """Return whether frames are missing at the end.
@@ -269,68 +275,62 @@ def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolde
     return images
 
 
-def _decode(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
-    """Yield the frames of a stream, and None for each JPEG that is damaged.
+def _decode(container: InputContainer) -> Iterator[tuple[list[VideoFrame | None], str]]:
+    """Yield a few frames at a time, and why there are no more after them, or nothing.
 
-    FFmpeg marks no JPEG as corrupt. Told to explode, it refuses all that are cut short, and some
-    of those in which bits are wrong.
+    None stands for a JPEG that is damaged. FFmpeg marks none as corrupt; told to explode, it
+    refuses all that are cut short, and some of those in which bits are wrong.
     """
-    codec = stream.codec_context
-    stands_alone = codec.name == "mjpeg"
+    stream = container.streams.video[0]
+    stream.thread_type = "NONE"  # threads cost half as much again; videos go side by side
+    stands_alone = stream.codec_context.name == "mjpeg"
     if stands_alone:
-        codec.options = {"err_detect": "explode"}
-    for packet in container.demux(stream):
-        try:
-            yield from packet.decode()
-        except av.InvalidDataError:
-            if not stands_alone:
-                raise
-            yield None
-
-
-def _read_ahead(
-    frames: Iterator[VideoFrame | None],
-) -> tuple[list[VideoFrame | None], str]:
-    """Decode a few frames; say why there are no more after them, or nothing."""
+        stream.codec_context.options = {"err_detect": "explode"}
     ahead: list[VideoFrame | None] = []
     try:
-        for frame in islice(frames, _AHEAD):
-            if frame is not None and frame.is_corrupt:
-                return ahead, "a damaged frame"
-            ahead.append(frame)
+        for packet in container.demux(stream):
+            try:
+                decoded: Sequence[VideoFrame | None] = packet.decode()
+            except av.InvalidDataError:
+                if not stands_alone:
+                    raise
+                decoded = [None]
+            for frame in decoded:
+                if frame is not None and frame.is_corrupt:
+                    yield ahead, "a damaged frame"
+                    return
+                ahead.append(frame)
+                if len(ahead) == _AHEAD:
+                    yield ahead, ""
+                    ahead = []
     except av.FFmpegError as error:
-        return ahead, str(error.strerror)
-    return ahead, "" if len(ahead) == _AHEAD else _END
+        yield ahead, str(error.strerror)
+        return
+    yield ahead, _END
 
 
-def read_luma(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
-    """Return the luma of a decoded frame, (height, width) uint8, and its grey levels.
+def _make_frame(frame: VideoFrame, time_s: float) -> Frame:
+    """Return a decoded frame with its luma, grey levels, and what makes it in colour.
 
-    Where the pixels hold 8-bit luma in a plane of its own that plane is returned as it is, with
-    the grey levels of limited range where it is; they differ from OpenCV's BGR-to-grey by
-    rounding, and by more only where a colour leaves the RGB cube. Everything else goes through
-    FFmpeg.
+    Where the pixels hold 8-bit luma in a plane of its own that plane is taken as it is, with the
+    grey levels of limited range where it is; they differ from OpenCV's BGR-to-grey by rounding,
+    and by more only where a colour leaves the RGB cube. Everything else goes through FFmpeg.
     """
-    layout = frame.format
+    layout, levels = frame.format, None
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
-        return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
-    is_full = frame.color_range == ColorRange.JPEG or layout.name.startswith(("yuvj", "gray"))
-    plane = frame.planes[0]  # the array keeps it alive; without a copy if it is not padded
-    padded = np.frombuffer(plane, np.uint8)  # type: ignore[call-overload]  # a buffer in truth
-    image: GreyImage = padded.reshape(plane.height, plane.line_size)[:, : plane.width]
-    return np.ascontiguousarray(image), None if is_full else _EXPANDED
-
-
-def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
-    """Return what makes the picture, (height, width, 3), blue, green, red; None of a grey one."""
-    if len(frame.format.components) < _COLOURS:
-        return None
-    return lambda: np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
-
-
-def _seconds(ticks: int, base: Fraction) -> float:
-    """Return ticks * base, rounded once; a product of fractions takes ten times as long."""
-    return ticks * base.numerator / base.denominator
+        luma = np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8)
+    else:
+        if frame.color_range != ColorRange.JPEG and not layout.name.startswith(("yuvj", "gray")):
+            levels = _EXPANDED
+        plane = frame.planes[0]  # the array keeps it alive; without a copy if it is not padded
+        padded = np.frombuffer(plane, np.uint8)  # type: ignore[call-overload]  # a buffer in truth
+        image = padded.reshape(plane.height, plane.line_size)[:, : plane.width]
+        luma = np.ascontiguousarray(image)
+    if len(layout.components) < _COLOURS:
+        return Frame(time_s, luma, levels)
+    return Frame(
+        time_s, luma, levels, lambda: np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
+    )
 
 
 def _opened(path: Path) -> InputContainer:
@@ -346,20 +346,6 @@ def _opened(path: Path) -> InputContainer:
             f"{path}: expected a video that FFmpeg has a decoder for, found none for it"
         )
     return container
-
-
-def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
-    rate = stream.average_rate or stream.guessed_rate
-    if not rate or not stream.width or not stream.height:
-        raise InputError(
-            f"{container.name.removeprefix('file:')}: expected a video with a frame rate and a "
-            "size, found neither in it"
-        )
-    start_s = float((stream.start_time or 0) * (stream.time_base or 0))
-    origin_s = start_s if container.format.name in _BROADCAST else 0.0
-    n, fps_hz = stream.frames or None, float(rate)
-    duration_s = n / fps_hz if n else (container.duration or 0) / av.time_base
-    return _Header(fps_hz, stream.width, stream.height, n, start_s, origin_s, duration_s)
 
 
 class VideoWithProgress:

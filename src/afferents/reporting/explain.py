@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.channels import find_channel
 from afferents.choices import Cut
-from afferents.encodings.frames import ImageEncoding
+from afferents.encodings.images import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
-from afferents.evaluation.data import OpenedData, Source, has, kept_part, make_response, open_data
+from afferents.evaluation.data import OpenedData, Source, has, make_response, open_data
 from afferents.evaluation.train import describe_sensor
 from afferents.files import Place, holds_only, is_our_picture, require_free, write_json
 from afferents.folds.held_out import Group, Split, order
@@ -234,7 +234,7 @@ def _sample(
     None of them is of a group in `learnt`.
     """
     (channel, encoding), number = source, "number"
-    kept = kept_part(responses, source, cut)
+    kept = encoding.kept(responses, channel.made_of, channel.lookback, cut)
     response = make_response(responses, source)
     samples = encoding.samples(response, kept, channel.lookback)
     if dims.FREQUENCY in samples.dims:

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
 from afferents import dims
-from afferents.encodings.frames import ImageEncoding
+from afferents.encodings.images import ImageEncoding
 from afferents.encodings.samples import Samples
 from afferents.evaluation.data import Source
 from afferents.markers.places import make_images

@@ -22,9 +22,10 @@ CITATION = (
     "Tactile Sensing of Texture, J. R. Soc. Interface"
 )
 _FOLDER = files("afferents.reporting") / "published"
-_NUMBERED = re.compile(r"^(\d+\.) \*\*(.*)\*\*")
-_DIFFERENT = "    - still different: "
-_OF_SOFTWARE = "## Where the software alone differs"
+_POINT = re.compile(r"^(\d+)\. \*\*(.*)\*\* \[(.), (.*)\]$")
+_SIDE = re.compile(r"^    - (.*?): (.*)$")
+_DIFFERENT = "still different"
+_OF_SOFTWARE = "Where the software alone differs"
 
 
 class PublishedFold(NamedTuple):
@@ -122,15 +123,56 @@ def discrepancies() -> str:
     return (_FOLDER / "discrepancies.md").read_text(encoding="utf-8")
 
 
+class Discrepancy(NamedTuple):
+    """A point in which paper and code differ.
+
+    Attributes
+    ----------
+    number, topic, matters, area
+        As the page has them; `matters` is A, B or C.
+    sides
+        What is done, by who does it: `paper`, `code`, and where they differ from the code
+        `--like published`, `recommended` and `still different`.
+    """
+
+    number: str
+    topic: str
+    matters: str
+    area: str
+    sides: dict[str, str]
+
+    @property
+    def columns(self) -> tuple[str, str, str]:
+        """What the paper says, what its code does, and what is done here."""
+        here = [f"{who}: {text}" for who, text in [*self.sides.items()][2:]]
+        return self.sides["paper"], self.sides["code"], "\n".join(here)
+
+
+def list_discrepancies() -> list[Discrepancy]:
+    """Return the page's points."""
+    found: list[Discrepancy] = []
+    for line in discrepancies().splitlines():
+        if head := _POINT.match(line):
+            found.append(Discrepancy(*head.groups(), {}))
+        elif side := _SIDE.match(line):
+            found[-1].sides[side[1].strip("`")] = side[2].replace("`", "")
+    return found
+
+
+def list_sections() -> dict[str, list[tuple[str, str]]]:
+    """Return topics and texts of the page's other sections, by title."""
+    _, *sections = discrepancies().split("\n## ")
+    return {
+        one.partition("\n")[0]: re.findall(r"^- \*\*(.*?)\.\*\* (.*)", one, re.MULTILINE)
+        for one in sections
+    }
+
+
 def remaining_discrepancies() -> list[str]:
     """Return, in a sentence each, where ``--like published`` still differs from the code."""
-    of_code, _, rest = discrepancies().partition(_OF_SOFTWARE)
-    of_software, _, _ = rest.partition("\n## ")
-    found, number = [], ""
-    for line in of_code.splitlines():
-        if numbered := _NUMBERED.match(line):
-            number = numbered[1]
-        elif line.startswith(_DIFFERENT):
-            found.append(f"{number} {line.removeprefix(_DIFFERENT)}")
-    software = re.findall(r"^- \*\*(.*?)\.\*\* (.*)", of_software, re.MULTILINE)
-    return [*found, *(f"{topic}: {text}" for topic, text in software)]
+    of_code = (
+        f"{one.number}. {one.sides[_DIFFERENT]}"
+        for one in list_discrepancies()
+        if _DIFFERENT in one.sides
+    )
+    return [*of_code, *(f"{topic}: {text}" for topic, text in list_sections()[_OF_SOFTWARE])]

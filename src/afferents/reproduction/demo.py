@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from afferents.evaluation.data import open_data
-from afferents.evaluation.train import Training, train_model
+from afferents.evaluation.options import TrainingOptions
+from afferents.evaluation.train import train_model
 from afferents.extraction.extract import extract_session
 from afferents.extraction.options import Extraction
 from afferents.markers.sensor import load_sensor
-from afferents.models.card import Card
 from afferents.models.export import export
 from afferents.models.model import BEST, MODELS
 from afferents.progress import Progress
@@ -34,8 +34,8 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
     (data,) = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
-        training = Training(data, MODELS[name], data.encodings)
-        card: Card = train_model(training, folder / name, progress, force=True)
+        options = TrainingOptions()
+        card = train_model(data, MODELS[name], folder / name, options, progress, force=True)
         export(folder / name, path, force=True)
         for sentence in card.describe():
             progress.note(sentence)

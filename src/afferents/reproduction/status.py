@@ -8,7 +8,7 @@ from typing import Any
 
 from afferents.evaluation.fold_files import PLAN, State, job_statuses, read_plan, seconds_left
 from afferents.outputs import is_locked
-from afferents.recordings.session_file import session_file
+from afferents.recordings.session_file import read_session_file
 from afferents.reproduction.run_folder import RunFolder
 from afferents.store.zarr_store import recordings_there
 
@@ -38,7 +38,7 @@ def status(folder: Path) -> Status:
     run = RunFolder(folder)
     if run.state_file.is_file():
         return _check_reproduction(run)
-    if session_file(run.session).simulated:
+    if read_session_file(run.session).simulated:
         now = is_locked(run.session)
         sentence = (
             f"A session {'is being' if now else 'was in part'} simulated; nothing is extracted."

@@ -64,63 +64,40 @@ class Mounting(BaseModel):
     clock_sd_s: float = Field(0.02, ge=0)
 
 
-NUISANCES = {
-    "indentation": ("mounting", "indentation_sd_mm"),
-    "tilt": ("mounting", "tilt_rad"),
-    "lateral": ("mounting", "lateral_mm"),
-    "friction": ("mounting", "friction_sd"),
-    "friction-change": ("mounting", "friction_change_sd"),
-    "start-angle": ("mounting", "any_angle"),
-    "frame-jitter": ("mounting", "jitter_s"),
-    "clock-offset": ("mounting", "clock_sd_s"),
-    "eccentricity": ("drive", "eccentricity_mm"),
-    "drift": ("drive", "drift_mm"),
-    "speed-ripple": ("drive", "ripple"),
-    "motor-ripple": ("drive", "motor_ripple"),
-    "going-back": ("drive", "back_spread"),
-    "printing": ("drum", "print_sd_mm"),
-    "warp": ("drum", "patch_sd_mm"),
-    "grip": ("drum", "grip_sd"),
-    "motor": ("microphone", "motor"),
-    "mains": ("microphone", "mains"),
-    "microphone-noise": ("microphone", "noise"),
-    "room-noise": ("microphone", "room_noise"),
-    "camera-noise": ("camera", "noise_grey"),
-    "marker-noise": ("camera", "marker_noise_px"),
-    "blur": ("camera", "blur_px"),
-    "falloff": ("camera", "falloff"),
-    "barrel": ("camera", "barrel"),
-    "roll": ("camera", "roll_deg"),
+_NUISANCES: Mapping[str, tuple[str, str, float | None]] = {
+    "indentation": ("mounting", "indentation_sd_mm", 0.25),
+    "tilt": ("mounting", "tilt_rad", 0.03),
+    "lateral": ("mounting", "lateral_mm", 2.0),
+    "friction": ("mounting", "friction_sd", 0.3),
+    "friction-change": ("mounting", "friction_change_sd", 0.1),
+    "start-angle": ("mounting", "any_angle", None),
+    "frame-jitter": ("mounting", "jitter_s", 0.001),
+    "clock-offset": ("mounting", "clock_sd_s", 0.05),
+    "eccentricity": ("drive", "eccentricity_mm", 0.4),
+    "drift": ("drive", "drift_mm", 0.1),
+    "speed-ripple": ("drive", "ripple", 0.03),
+    "motor-ripple": ("drive", "motor_ripple", 0.015),
+    "going-back": ("drive", "back_spread", None),
+    "printing": ("drum", "print_sd_mm", 0.1),
+    "warp": ("drum", "patch_sd_mm", 0.2),
+    "grip": ("drum", "grip_sd", None),
+    "motor": ("microphone", "motor", 0.015),
+    "mains": ("microphone", "mains", 0.005),
+    "microphone-noise": ("microphone", "noise", 0.03),
+    "room-noise": ("microphone", "room_noise", 0.012),
+    "camera-noise": ("camera", "noise_grey", 6.0),
+    "marker-noise": ("camera", "marker_noise_px", 0.1),
+    "blur": ("camera", "blur_px", 1.0),
+    "falloff": ("camera", "falloff", 0.4),
+    "barrel": ("camera", "barrel", 0.03),
+    "roll": ("camera", "roll_deg", None),
 }
+NUISANCES = {name: (section, field) for name, (section, field, _) in _NUISANCES.items()}
 """Each nuisance's strength: section and field of `Rig`; 0 is off."""
-
-HARD = {
-    "indentation": 0.25,
-    "tilt": 0.03,
-    "lateral": 2.0,
-    "friction": 0.3,
-    "friction-change": 0.1,
-    "frame-jitter": 0.001,
-    "clock-offset": 0.05,
-    "eccentricity": 0.4,
-    "drift": 0.1,
-    "speed-ripple": 0.03,
-    "motor-ripple": 0.015,
-    "printing": 0.1,
-    "warp": 0.2,
-    "motor": 0.015,
-    "mains": 0.005,
-    "microphone-noise": 0.03,
-    "room-noise": 0.012,
-    "camera-noise": 6.0,
-    "marker-noise": 0.1,
-    "blur": 1.0,
-    "falloff": 0.4,
-    "barrel": 0.03,
-}
+HARD = {name: hard for name, (_, _, hard) in _NUISANCES.items() if hard is not None}
 """Strengths of a rig mounted in a hurry: the paper's is too easy for models beyond its own.
 
-Frozen before any model had learnt from it, and not to be tuned.
+Frozen before any model had learnt from it, and not to be tuned. The others are the rig's own.
 """
 
 

@@ -22,6 +22,8 @@ _UX, _UY, _VX, _VY, _ZX, _ZY, _D, _NX, _NY, _Q, _P, _FX, _FY = range(STATES)
 _PLANE = ROW**2
 """Values of one state, those of the margin among them."""
 _NODES = FIRST, SPAN, _PLANE
+_INNER = tuple(state * _PLANE + FIRST for state in range(STATES))
+"""Where the inner nodes of each state begin."""
 
 
 class Constants(NamedTuple):
@@ -119,38 +121,21 @@ def _press(state, nodes, speed, k, corners):
 def _move(state, k):
     """In-plane motion of every node in one step: velocities first, then places."""
     four = np.float32(4)
+    ux, uy, vx, vy = _INNER[_UX], _INNER[_UY], _INNER[_VX], _INNER[_VY]
+    p, fx, fy = _INNER[_P], _INNER[_FX], _INNER[_FY]
     for j in range(SPAN):
-        ux, uy = state[_UX * _PLANE + FIRST + j], state[_UY * _PLANE + FIRST + j]
-        around_x = (
-            state[_UX * _PLANE + FIRST - 1 + j]
-            + state[_UX * _PLANE + FIRST + 1 + j]
-            + state[_UX * _PLANE + FIRST - ROW + j]
-            + state[_UX * _PLANE + FIRST + ROW + j]
-        )
-        around_y = (
-            state[_UY * _PLANE + FIRST - 1 + j]
-            + state[_UY * _PLANE + FIRST + 1 + j]
-            + state[_UY * _PLANE + FIRST - ROW + j]
-            + state[_UY * _PLANE + FIRST + ROW + j]
-        )
-        push_x = k.spread * (
-            state[_P * _PLANE + FIRST - 1 + j] - state[_P * _PLANE + FIRST + 1 + j]
-        )
-        push_y = k.spread * (
-            state[_P * _PLANE + FIRST - ROW + j] - state[_P * _PLANE + FIRST + ROW + j]
-        )
-        pull_x = k.k_c * (around_x - four * ux) - k.k * ux + push_x
-        pull_y = k.k_c * (around_y - four * uy) - k.k * uy + push_y
-        vx, vy = state[_VX * _PLANE + FIRST + j], state[_VY * _PLANE + FIRST + j]
-        state[_VX * _PLANE + FIRST + j] = (
-            vx + (pull_x + k.accelerate * state[_FX * _PLANE + FIRST + j] - k.c * vx) * k.dt
-        )
-        state[_VY * _PLANE + FIRST + j] = (
-            vy + (pull_y + k.accelerate * state[_FY * _PLANE + FIRST + j] - k.c * vy) * k.dt
-        )
+        x, y = state[ux + j], state[uy + j]
+        around_x = state[ux - 1 + j] + state[ux + 1 + j] + state[ux - ROW + j] + state[ux + ROW + j]
+        around_y = state[uy - 1 + j] + state[uy + 1 + j] + state[uy - ROW + j] + state[uy + ROW + j]
+        push_x = k.spread * (state[p - 1 + j] - state[p + 1 + j])
+        push_y = k.spread * (state[p - ROW + j] - state[p + ROW + j])
+        pull_x = k.k_c * (around_x - four * x) - k.k * x + push_x
+        pull_y = k.k_c * (around_y - four * y) - k.k * y + push_y
+        state[vx + j] += (pull_x + k.accelerate * state[fx + j] - k.c * state[vx + j]) * k.dt
+        state[vy + j] += (pull_y + k.accelerate * state[fy + j] - k.c * state[vy + j]) * k.dt
     for j in range(SPAN):
-        state[_UX * _PLANE + FIRST + j] += state[_VX * _PLANE + FIRST + j] * k.dt
-        state[_UY * _PLANE + FIRST + j] += state[_VY * _PLANE + FIRST + j] * k.dt
+        state[ux + j] += state[vx + j] * k.dt
+        state[uy + j] += state[vy + j] * k.dt
 
 
 @_part
@@ -167,92 +152,9 @@ def _free_edges(state):
 
 
 @_part
-def _heard(state, nodes, weight, s):
-    """Return the weighted sum of a state over the nodes."""
-    total = 0.0
-    first, span, plane = nodes
-    for j in range(span):
-        total += weight[j] * state[s * plane + first + j]
-    return total
-
-
-@_part
-def _take_frame(state, since, frame):
-    """Write places, depth, pressure and friction, `since` s before the end of the step."""
-    for r in range(N_SIDE):
-        for i in range(N_SIDE):
-            j = r * ROW + i
-            frame[0, r, i] = (
-                state[_UX * _PLANE + FIRST + j] - since * state[_VX * _PLANE + FIRST + j]
-            )
-            frame[1, r, i] = (
-                state[_UY * _PLANE + FIRST + j] - since * state[_VY * _PLANE + FIRST + j]
-            )
-            frame[2, r, i] = max(state[_D * _PLANE + FIRST + j], np.float32(0))
-            frame[3, r, i] = state[_P * _PLANE + FIRST + j]
-            frame[4, r, i] = state[_FX * _PLANE + FIRST + j]
-            frame[5, r, i] = state[_FY * _PLANE + FIRST + j]
-
-
-@_kernel
-def advance(
-    state,
-    maps,
-    width,
-    offset,
-    speed,
-    depth,
-    x,
-    y,
-    gap,
-    weight,
-    frame_steps,
-    k,
-    frames,
-    sounds,
-):
-    """Move the skin on by as many steps as `offset` has, in place.
-
-    Parameters
-    ----------
-    state
-        All states of all nodes, changed in place, shape (STATES * ROW^2,).
-    maps, width
-        Of heights (mm) and of how much bristles give way (share per mm of slip), both flat; and
-        the length of their rows.
-    offset, speed, depth
-        Place on the map (rows), speed (mm/s) and depth (mm) at each step.
-    x, y, gap, weight
-        Of the nodes: place from the edge of the map, gap to the drum (mm), loudness.
-    frame_steps
-        When frames are taken, in steps, ascending.
-    k
-        Constants.
-    frames
-        Filled with displacement along x and y, depth, pressure, and friction along x and y,
-        (n_frames, 6, row, column).
-    sounds
-        Filled with the rates of pressure and tangential force, (n_steps, 2).
-    """
-    pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
-    cell, corners = np.empty(len(x), np.uint32), np.empty(7 * len(x), np.float32)
-    frame = 0
-    for step in range(len(offset)):
-        _meet(state, _NODES, maps, width, offset[step], depth[step], x, y, gap, k, cell, corners)
-        _press(state, _NODES, speed[step], k, corners)
-        _free_edges(state)
-        _move(state, k)
-        before = pressed, pulled
-        pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
-        sounds[step, 0], sounds[step, 1] = (pressed - before[0]) / k.dt, (pulled - before[1]) / k.dt
-        while frame < len(frame_steps) and frame_steps[frame] < step + 1:
-            _take_frame(state, np.float32((step + 1 - frame_steps[frame]) * k.dt), frames[frame])
-            frame += 1
-
-
-@_part
-def _move_mesh(state, n, neighbour, coupling, push, k):
+def _move_mesh(state, n, mesh, k):
     """In-plane motion of every node in one step: velocities first, then places."""
+    neighbour, coupling, push = mesh
     for j in range(n):
         ux, uy, p = state[_UX * n + j], state[_UY * n + j], state[_P * n + j]
         pull_x, pull_y = -k.k * ux, -k.k * uy
@@ -270,55 +172,76 @@ def _move_mesh(state, n, neighbour, coupling, push, k):
 
 
 @_part
-def _take_mesh_frame(state, n, since, frame):
+def _heard(state, nodes, weight, s):
+    """Return the weighted sum of a state over the nodes."""
+    total = 0.0
+    first, span, plane = nodes
+    for j in range(span):
+        total += weight[j] * state[s * plane + first + j]
+    return total
+
+
+@_part
+def _take_frame(state, plane, pins, since, frame):
     """Write places, depth, pressure and friction, `since` s before the end of the step."""
-    for j in range(n):
-        frame[0, j] = state[_UX * n + j] - since * state[_VX * n + j]
-        frame[1, j] = state[_UY * n + j] - since * state[_VY * n + j]
-        frame[2, j] = max(state[_D * n + j], np.float32(0))
-        frame[3, j] = state[_P * n + j]
-        frame[4, j] = state[_FX * n + j]
-        frame[5, j] = state[_FY * n + j]
+    for i in range(len(pins)):
+        j = pins[i]
+        frame[0, i] = state[_UX * plane + j] - since * state[_VX * plane + j]
+        frame[1, i] = state[_UY * plane + j] - since * state[_VY * plane + j]
+        frame[2, i] = max(state[_D * plane + j], np.float32(0))
+        frame[3, i] = state[_P * plane + j]
+        frame[4, i] = state[_FX * plane + j]
+        frame[5, i] = state[_FY * plane + j]
 
 
 @_kernel
-def advance_mesh(
-    state,
-    maps,
-    width,
-    offset,
-    speed,
-    depth,
-    x,
-    y,
-    gap,
-    weight,
-    frame_steps,
-    k,
-    neighbour,
-    coupling,
-    push,
-    frames,
-    sounds,
-):
-    """Move the skin on by as many steps as `offset` has, in place.
+def advance(state, maps, width, motion, places, weight, pins, mesh, frame_steps, k, frames, sounds):
+    """Move the skin on by as many steps as `motion` has, in place.
 
-    As `advance`, with states (STATES * n_nodes,), values of the nodes (n_nodes,), what `mesh.Mesh`
-    says of their neighbours, and frames (n_frames, 6, n_nodes).
+    Parameters
+    ----------
+    state
+        All states of all nodes, changed in place: (STATES * ROW^2,), of a mesh (STATES * n_nodes,).
+    maps, width
+        Of heights (mm) and of how much bristles give way (share per mm of slip), both flat; and
+        the length of their rows.
+    motion
+        Place on the map (rows), speed (mm/s) and depth (mm) at each step.
+    places, weight
+        Of the nodes: place from the edge of the map along x and y and gap to the drum, mm; and
+        loudness.
+    pins
+        Which nodes are pins, by their place in a state.
+    mesh
+        Neighbours, couplings and pushes of `mesh.Mesh`; None for the square lattice.
+    frame_steps
+        When frames are taken, in steps, ascending.
+    k
+        Constants.
+    frames
+        Filled with displacement along x and y, depth, pressure, and friction along x and y,
+        (n_frames, 6, n_pins).
+    sounds
+        Filled with the rates of pressure and tangential force, (n_steps, 2).
     """
-    n = len(x)
-    nodes = 0, n, n
+    offset, speed, depth = motion
+    x, y, gap = places
+    nodes = _NODES if mesh is None else (0, len(x), len(x))
     pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
     cell, corners = np.empty(len(x), np.uint32), np.empty(7 * len(x), np.float32)
     frame = 0
     for step in range(len(offset)):
         _meet(state, nodes, maps, width, offset[step], depth[step], x, y, gap, k, cell, corners)
         _press(state, nodes, speed[step], k, corners)
-        _move_mesh(state, n, neighbour, coupling, push, k)
+        if mesh is None:
+            _free_edges(state)
+            _move(state, k)
+        else:
+            _move_mesh(state, len(x), mesh, k)
         before = pressed, pulled
         pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
         sounds[step, 0], sounds[step, 1] = (pressed - before[0]) / k.dt, (pulled - before[1]) / k.dt
         while frame < len(frame_steps) and frame_steps[frame] < step + 1:
             since = np.float32((step + 1 - frame_steps[frame]) * k.dt)
-            _take_mesh_frame(state, n, since, frames[frame])
+            _take_frame(state, nodes[2], pins, since, frames[frame])
             frame += 1

@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from afferents.choices import Remount
 from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
 from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
-from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
-from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
+from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, bumped_surface, soft_maximum
 
 STABLE = 1.5
@@ -159,21 +157,17 @@ def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int, again: int = 0) -
         If the fingertip would not touch.
     """
     mount = rig.mounting
-    run = (texture, speed_mm_s)
-    others = distinguish_run(rig, seed, again)
-    levels: dict[Remount, tuple[tuple[str | None, float | None], Sequence[int]]] = {
-        "session": ((None, None), ()),
-        "drum": (
-            (texture, None),
-            distinguish_run(rig, seed),
-        ),  # mounted once for all turns
-        "run": (run, others),
-    }
-    level, mounted = levels[mount.remount]
+    others, printed = distinguish_run(rig, seed, again), _distinguish_print(rig, seed)
+    mounted: Sequence[int] = ()
+    level: tuple[str | None, float | None] = (None, None)
+    if mount.remount == "drum":  # mounted once for all turns
+        level, mounted = (texture, None), distinguish_run(rig, seed)
+    elif mount.remount == "run":
+        level, mounted = (texture, speed_mm_s), others
     of_mounting = make_generator(seed, *level, _MOUNTING, mounted)
     of_material = make_generator(seed, None, None, _MATERIAL)
-    of_drum = make_generator(seed, texture, None, _RUN_OUT, _distinguish_print(rig, seed))
-    of_run = make_generator(seed, *run, _RUN, others)
+    of_drum = make_generator(seed, texture, None, _RUN_OUT, printed)
+    of_run = make_generator(seed, texture, speed_mm_s, _RUN, others)
     tilt = of_mounting.normal(0, mount.tilt_rad, 2)
     run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     depth_mm = mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm))
@@ -226,7 +220,12 @@ def simulate_run(
     """
     drawn = draw(rig, texture, speed_mm_s, seed, again)
     others = distinguish_run(rig, seed, again)
-    check_step(rig)
+    per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
+    if per_step > STABLE:
+        raise InputError(
+            f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
+            f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
+        )
     turning = turn(
         speed_mm_s,
         seconds + SPARE_S,
@@ -275,22 +274,6 @@ def _take_up(
         pose[:, 3] = -(drawn.indentation_mm + slide.deeper_at(time_s)) / 1000
         arm = pose, np.column_stack([force_s, skin.wrench])
     return Simulated(frames_s, seen(rig, skin), skin.pressure_mn, angle, speed, sensor, room, arm)
-
-
-def check_step(rig: Rig) -> None:
-    """Refuse constants for which the physics' step is too long.
-
-    Raises
-    ------
-    InputError
-        Naming how far off they are.
-    """
-    per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
-    if per_step > STABLE:
-        raise InputError(
-            f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
-            f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
-        )
 
 
 def frame_times(rig: Rig, seconds: float, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -38,7 +38,19 @@ def make_rig(sensor: Sensor) -> Rig:
     seen = (*size, bool(sensor.looks.blob_colour), sensor.lens)
     if is_own and seen == (RigCamera().width, RigCamera().height, True, None):
         return Rig()
-    pitch = _require_pitch(sensor)
+    where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
+    if (pitch := sensor.pitch_mm) is None:
+        raise InputError(
+            f"{where}: expected pitch_mm, the distance of its pins on the skin, found "
+            f"none{then(hint)}"
+        )
+    if sensor.layout != "square" and sensor.markers is None:
+        raise InputError(f"{where}: expected where its markers are, found none{then(hint)}")
+    if sensor.lens is not None or sensor.picture.turn:
+        raise InputError(
+            f"{where}: expected no lens and no turn, since the rig's camera has its own, found "
+            "one; leave it out"
+        )
     if sensor.layout == "square":
         assert sensor.rows is not None
         assert sensor.columns is not None
@@ -57,27 +69,7 @@ def make_rig(sensor: Sensor) -> Rig:
         )
     except ValidationError as error:
         found = reason_in(error.errors()[0])
-        raise InputError(
-            f"sensor '{sensor.name}': expected pins that the rig can have, found {found}"
-        ) from None
-
-
-def _require_pitch(sensor: Sensor) -> float:
-    """Return the distance of the pins, mm, of a sensor that the rig can have."""
-    where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
-    if sensor.pitch_mm is None:
-        raise InputError(
-            f"{where}: expected pitch_mm, the distance of its pins on the skin, found "
-            f"none{then(hint)}"
-        )
-    if sensor.layout != "square" and sensor.markers is None:
-        raise InputError(f"{where}: expected where its markers are, found none{then(hint)}")
-    if sensor.lens is not None or sensor.picture.turn:
-        raise InputError(
-            f"{where}: expected no lens and no turn, since the rig's camera has its own, found "
-            "one; leave it out"
-        )
-    return sensor.pitch_mm
+        raise InputError(f"{where}: expected pins that the rig can have, found {found}") from None
 
 
 def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:

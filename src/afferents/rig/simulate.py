@@ -6,18 +6,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from afferents.choices import Nodules, Remount, Size, numbers_in, require_workers
+from afferents import files
+from afferents.choices import Nodules, Remount, Size, parse_numbers, require_workers
 from afferents.documents import read_json
 from afferents.errors import InputError
-from afferents.files import (
-    Place,
-    checksum,
-    holds_only,
-    remove_partials,
-    require_free,
-    require_same_config,
-    write_json,
-)
+from afferents.files import Place
 from afferents.markers.sensor import resolve_sensor
 from afferents.outputs import writing_alone
 from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
@@ -75,13 +68,13 @@ def simulate_session(
     simulation.config()  # refuses what can't be drawn, before anything is written
     with writing_alone(simulation.session, "simulate"):
         _claim(simulation)
-        remove_partials(simulation.session)
+        files.remove_partials(simulation.session)
         needed = (VIDEO, AUDIO, TRUTH, *((DRIVE,) if simulation.sweep is None else ARM_LOGS))
         missing = []  # runs that lack a file, or were never recorded
         for run in simulation.names:
             names = (*needed, REFERENCE) if run == simulation.names[0] else needed
-            files = [simulation.session / run_name(run) / name for name in names]
-            if not all(path.is_file() and path.stat().st_size for path in files):
+            written = [simulation.session / run_name(run) / name for name in names]
+            if not all(path.is_file() and path.stat().st_size for path in written):
                 missing.append(run)
         if cluster is None:
             jobs = ((simulation, run) for run in missing)
@@ -100,10 +93,10 @@ def simulate_session(
         if missing or _CHECKSUMS not in read_json(session_file, _A_SESSION):
             folders = {name: simulation.session / name for name in map(run_name, simulation.names)}
             sums = {
-                name: {file: checksum(folder / file) for file in (VIDEO, AUDIO, TRUTH)}
+                name: {file: files.checksum(folder / file) for file in (VIDEO, AUDIO, TRUTH)}
                 for name, folder in folders.items()
             }
-            write_json(session_file, {**simulation.config(), _CHECKSUMS: sums})
+            files.write_json(session_file, {**simulation.config(), _CHECKSUMS: sums})
     return simulation.session
 
 
@@ -123,10 +116,10 @@ def _claim(simulation: Simulation) -> None:
         for config in (earlier, now):
             for name in (RUNS, _CHECKSUMS):
                 config.pop(name, None)
-        require_same_config(simulation.session, "a session", earlier, now)
+        files.require_same_config(simulation.session, "a session", earlier, now)
         return
-    require_free(simulation.session, holds_only())
-    write_json(path, simulation.config())
+    files.require_free(simulation.session, files.holds_only())
+    files.write_json(path, simulation.config())
 
 
 def _record_one(simulation: Simulation, run: Run) -> str:
@@ -239,7 +232,7 @@ def simulate(
     from afferents.rig.sensor_rig import make_rig
 
     require_workers(workers)
-    speeds = None if speeds_mm_s is None else numbers_in(speeds_mm_s, "--speeds")
+    speeds = None if speeds_mm_s is None else parse_numbers(speeds_mm_s, "--speeds")
     given = resolve_sensor(sensor)
     if isinstance(textures, str) and not set(textures) <= set(LETTERS):
         textures = textures.split(",")

@@ -20,7 +20,7 @@ from afferents.files import Place, holds_only, require_free, safe_names, write_a
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound, sound_name
 from afferents.recordings.ros_messages import NS, NUMBER, POSITIONS, TEXT, Bag, Messages, typestore
-from afferents.robots.sources import QUALITY, Source, find_recordings, jpegs
+from afferents.robots.sources import QUALITY, Chosen, find_recordings, jpegs
 from afferents.store.drum_path import DrumPath
 from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
@@ -121,7 +121,7 @@ def write_bag(path: Path, types: Any, messages: Sequence[Iterable[Stamped]], nam
             bag.put(*message)
 
 
-def _list_messages(make: Messages, source: Source, quality: int) -> list[Iterator[Stamped]]:
+def _list_messages(make: Messages, source: Chosen, quality: int) -> list[Iterator[Stamped]]:
     """Return what there is of a recording, each in order of time."""
     recording, responses = source
     found: list[Iterator[Stamped]] = []

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import av
 import numpy as np
@@ -27,7 +27,7 @@ from afferents.files import Place, holds_only, require_free, write_aside
 from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
 from afferents.store.zarr_store import open_whole
@@ -145,7 +145,7 @@ class _DataSet:
         first = self.rows[-1]["dataset_to_index"] if self.rows else 0
         chunk, file = divmod(number, FILES_A_CHUNK)
         place = {"chunk_index": chunk, "file_index": file}
-        frames = {name: feature.values for name, feature in _features(responses, fps).items()}
+        frames = {name: values for name, (values, _) in _features(responses, fps).items()}
         n = len(frames[TIME])
         frames |= {
             "timestamp": (np.arange(n) / fps).astype(np.float32),
@@ -208,17 +208,15 @@ class _DataSet:
             (self.root / path).write_text(json.dumps(content, indent=4))
 
 
-class _Feature(NamedTuple):
-    """What is known of each frame, `(frame, n)`, and what the n numbers are called."""
-
-    values: NDArray[Any]
-    names: list[str]
-
-
-def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
+def _features(responses: Responses, fps: int) -> dict[str, tuple[NDArray[Any], list[str]]]:
     """Return what is known of each frame; of a marker that is lost it is 0, and not detected.
 
     So is the shear of a frame with too few markers.
+
+    Returns
+    -------
+    dict
+        By name, values (frame, n), and what the n numbers are called.
     """
     position = responses[dims.POSITION].values
     moved = position - responses[dims.REST_POSITION].values
@@ -228,14 +226,14 @@ def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
     markers = [f"marker_{marker:03d}" for marker in range(n_markers)]
     ways = [f"{marker}.{axis}" for marker in markers for axis in ("dx_px", "dy_px")]
     found = {
-        DISPLACEMENT: _Feature(np.where(seen[..., None], moved, 0).reshape(n, -1), ways),
-        SA1: _Feature(np.nan_to_num(responses[dims.SA1].values), markers),
-        RA1: _Feature(np.nan_to_num(responses[dims.RA1].values), markers),
-        SHEAR: _Feature(np.nan_to_num(shear.response(responses).values), list(shear.parts)),
-        TIME: _Feature(responses[dims.TIME].values[:, None], ["seconds"]),
+        DISPLACEMENT: (np.where(seen[..., None], moved, 0).reshape(n, -1), ways),
+        SA1: (np.nan_to_num(responses[dims.SA1].values), markers),
+        RA1: (np.nan_to_num(responses[dims.RA1].values), markers),
+        SHEAR: (np.nan_to_num(shear.response(responses).values), list(shear.parts)),
+        TIME: (responses[dims.TIME].values[:, None], ["seconds"]),
     }
     if (speed := speed_of(responses)) is not None:
-        found[STATE] = _Feature(np.full((n, 1), speed), ["speed_mm_s"])
+        found[STATE] = np.full((n, 1), speed), ["speed_mm_s"]
     if dims.RA2 in responses:
         rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
         size = max(1, round(rate_hz / fps))  # from each frame until the next
@@ -244,11 +242,9 @@ def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
         begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
         windows = sliding_window_view(padded, size, axis=0)[np.clip(begins, 0, len(padded) - size)]
         sound = windows.swapaxes(1, 2).reshape(n, -1)  # (frame, sample x channel)
-        found[RA2] = _Feature(sound, [f"sample_{k:04d}" for k in range(sound.shape[1])])
-    floats = {
-        name: _Feature(values.astype(np.float32), names) for name, (values, names) in found.items()
-    }
-    return {**floats, DETECTED: _Feature(seen, markers)}
+        found[RA2] = sound, [f"sample_{k:04d}" for k in range(sound.shape[1])]
+    floats = {name: (values.astype(np.float32), names) for name, (values, names) in found.items()}
+    return {**floats, DETECTED: (seen, markers)}
 
 
 def _write_table(path: Path, frames: dict[str, NDArray[Any]]) -> None:
@@ -357,7 +353,7 @@ def _task(responses: Responses) -> str:
 
 def _find_videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
     """Return the session's videos by name of the recording, all of one size."""
-    found = recordings_of(read_session(session), recordings)
+    found = match_recordings(read_session(session), recordings)
     videos: dict[str, Video] = {}
     for name in (str(responses.attrs["name"]) for responses in recordings):
         video = found[name].video

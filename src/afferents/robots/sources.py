@@ -10,19 +10,18 @@ import cv2
 from afferents.errors import InputError
 from afferents.files import Place
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session import recordings_of
+from afferents.recordings.session import match_recordings
 from afferents.recordings.video import VideoFile
+from afferents.store import integrity, zarr_store
 from afferents.store.drum_path import DrumPath, logged_path, read_path
-from afferents.store.integrity import is_group
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses, open_whole
 
 QUALITY = 95
 """Of JPEGs, where the camera gave none."""
 
 
-class Source(NamedTuple):
+class Chosen(NamedTuple):
     """A recording as it was made, and what was extracted of it; None for what is not given."""
 
     recording: Recording | None
@@ -37,7 +36,7 @@ class Source(NamedTuple):
 
 def find_recordings(
     source: Place, store: Place | None, wanted: Sequence[str] = (), most: int | None = None
-) -> dict[str, Source]:
+) -> dict[str, Chosen]:
     """Return recordings by name.
 
     Parameters
@@ -55,13 +54,13 @@ def find_recordings(
         If there is no such session, store or recording, the store is another session's, or it is
         half of one and all of it is wanted.
     """
-    session = None if is_group(Path(source)) else read_session(source)
+    session = None if integrity.is_group(Path(source)) else read_session(source)
     if session is None and store is not None:
         raise InputError(f"--store: expected a session with it, found the store {source}")
     recordings = {} if session is None else {one.name: one for one in session.recordings}
     extracted = source if session is None else store
     all_of_store = session is None and not wanted and most is None
-    opened = open_whole if all_of_store else open_responses
+    opened = zarr_store.open_whole if all_of_store else zarr_store.open_responses
     stored = () if extracted is None else opened(extracted)
     responses = {str(one.attrs["name"]): one for one in stored}
     names = list(recordings or responses)
@@ -75,8 +74,8 @@ def find_recordings(
             "extracted from the session"
         )
     if session is not None:
-        recordings_of(session, (responses[name] for name in chosen if name in responses))
-    return {name: Source(recordings.get(name), responses.get(name)) for name in chosen}
+        match_recordings(session, (responses[name] for name in chosen if name in responses))
+    return {name: Chosen(recordings.get(name), responses.get(name)) for name in chosen}
 
 
 def jpegs(video: Video, quality: int) -> Iterator[tuple[float, bytes]]:

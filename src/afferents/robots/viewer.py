@@ -10,7 +10,7 @@ from afferents import dims
 from afferents.files import Place, require_free, write_aside
 from afferents.markers.places import make_images
 from afferents.plugins import import_extra
-from afferents.robots.sources import QUALITY, Source, find_recordings, jpegs
+from afferents.robots.sources import QUALITY, Chosen, find_recordings, jpegs
 
 _LOUDNESS_HZ = 100.0
 
@@ -77,7 +77,7 @@ def _log(rr: Any, values: Iterator[tuple[float, str, Any]]) -> dict[str, int]:
     return n
 
 
-def list_values(rr: Any, source: Source) -> Iterator[tuple[float, str, Any]]:
+def list_values(rr: Any, source: Chosen) -> Iterator[tuple[float, str, Any]]:
     """Yield what there is of a recording: when, as which entity, and the value."""
     recording, responses = source
     if recording is not None and recording.video is not None:

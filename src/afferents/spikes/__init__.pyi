@@ -1,6 +1,2 @@
-from .artificial import (
-    artificial_spikes as artificial_spikes,
-)
-from .population import (
-    Spikes as Spikes,
-)
+from .artificial import artificial_spikes as artificial_spikes
+from .population import Spikes as Spikes

@@ -56,10 +56,7 @@ def steps_per_sample(rate_hz: float) -> Fraction:
 
 
 def filter_bands(
-    signal: NDArray[np.floating],
-    rate_hz: float,
-    bands_hz: Sequence[tuple[float, float]],
-    n: int,
+    signal: NDArray[np.floating], rate_hz: float, bands_hz: Sequence[tuple[float, float]], n: int
 ) -> NDArray[np.float32]:
     """Return what each band holds of a signal, `(step, band)`, for `n` steps from its start."""
     # one rate for all recordings, so that a step of the simulation is a sample

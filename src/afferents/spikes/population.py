@@ -351,11 +351,7 @@ class Spikes:
         coords = {"time": np.arange(n) * width_s, "unit": self.units.index.to_numpy(str)}
         return xr.DataArray(counts, coords, ("trial", "unit", "time"), attrs={"units": "spikes"})
 
-    def select(
-        self,
-        trials: ArrayLike | None = None,
-        units: ArrayLike | None = None,
-    ) -> Self:
+    def select(self, trials: ArrayLike | None = None, units: ArrayLike | None = None) -> Self:
         """Return the spikes of some trials and units, by places or by a mask, in that order."""
         rows = np.arange(self.n_trials)[slice(None) if trials is None else np.asarray(trials)]
         columns = np.arange(self.n_units)[slice(None) if units is None else np.asarray(units)]

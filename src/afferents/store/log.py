@@ -1,18 +1,24 @@
-"""Logs of a recording: tables of what was noted while it was made, in CSV.
+"""Logs of a recording, in CSV: our own, and what something else logged meanwhile (force, pose).
 
-Above the names of the columns stands a line of JSON after ``#``, `Head`. Numbers are in full.
+Above the names of the columns of ours stands a line of JSON after ``#``, `Head`. Numbers are in
+full. What something else logged has a clock of its own.
 """
 
 import csv
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from afferents import dims
 from afferents.documents import as_form, parse_json
-from afferents.errors import reading
+from afferents.errors import InputError, reading
 from afferents.files import write_aside
 
 _DO = "bring it back as it was, remove it, or record or simulate again"
@@ -81,3 +87,112 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
         if len(table) != head.rows:
             raise ValueError(f"{len(table)} of its {head.rows} rows")
     return head, table[list(columns)]
+
+
+Values = NDArray[np.float64]
+
+DRIFT = 1e-4
+"""How fast two clocks may go apart: quartz is good to 50 ppm, and either may be off."""
+
+
+class Lag(NamedTuple):
+    """How far a clock is ahead of the images'.
+
+    Attributes
+    ----------
+    seconds
+        What the images' clock calls t, the other calls t + `seconds`.
+    error_s
+        Uncertainty where it was measured, s.
+    explained
+        Share of the variance of the skin's motion that the other's numbers explain under it.
+    at_s
+        When it was measured, by the images' clock.
+    """
+
+    seconds: float = 0.0
+    error_s: float = 0.0
+    explained: float = 1.0
+    at_s: float | None = None
+
+    def error_at(self, at_s: float) -> float:
+        """Return the uncertainty at another time, s: from then on the clocks may have drifted."""
+        return self.error_s if self.at_s is None else self.error_s + DRIFT * abs(at_s - self.at_s)
+
+
+AHEAD_BY_NOTHING = Lag()
+
+
+@dataclass(frozen=True)
+class LoggedFile:
+    """A CSV of numbers, read when needed.
+
+    Attributes
+    ----------
+    name
+        Of the variable in the store.
+    path, time, columns
+        The file, its column of times (s, by a clock of its own), and those that are kept.
+    units
+        Of the numbers, such as N.
+    lag
+        How far its clock is ahead of the images'.
+    """
+
+    name: str
+    path: Path
+    time: str
+    columns: tuple[str, ...]
+    units: str
+    lag: Lag = AHEAD_BY_NOTHING
+
+    def read(self) -> tuple[Values, Values]:
+        """Return times by its own clock, (n,), s, and numbers, (n, column).
+
+        Raises
+        ------
+        InputError
+            If the file can't be read, lacks a column, or its times don't rise.
+        """
+        with reading(self.path, "a readable CSV file"):
+            table = pd.read_csv(self.path, skipinitialspace=True)
+        if missing := [name for name in (self.time, *self.columns) if name not in table]:
+            raise InputError(
+                f"{self.path}: expected the column '{missing[0]}', found "
+                f"{', '.join(map(str, table))}; rename what is it, or take the file away"
+            )
+        numbers = table[[self.time, *self.columns]].apply(pd.to_numeric, errors="coerce").to_numpy()
+        time_s, values = numbers[:, 0].astype(np.float64), numbers[:, 1:].astype(np.float64)
+        wrong = np.flatnonzero(~(np.diff(time_s, prepend=-np.inf) > 0))
+        if len(wrong) or len(time_s) < 2:
+            row = int(wrong[0]) if len(wrong) else len(time_s)
+            raise InputError(
+                f"{self.path}: expected rows of times that rise (s), found another in row "
+                f"{row + 2}; take the row out, or the file away"
+            )
+        return time_s, values
+
+    def rate_hz(self) -> float:
+        """Return how many rows it has a second, in the median; raises as `read` does."""
+        return float(1 / np.median(np.diff(self.read()[0])))
+
+    def variable(self, origin_s: float) -> xr.DataArray:
+        """Return the numbers as a store keeps them, float32, on the recording's clock.
+
+        Parameters
+        ----------
+        origin_s
+            The recording's beginning by the images' clock, s.
+        """
+        time_s, values = self.read()
+        clock, axis = f"{self.name}_time", f"{self.name}_axis"
+        return xr.DataArray(
+            values.astype(np.float32),
+            dims=(clock, axis),
+            coords={clock: time_s - self.lag.seconds - origin_s, axis: list(self.columns)},
+            attrs={
+                dims.UNITS: self.units,
+                "clock_ahead_s": self.lag.seconds,
+                "clock_error_s": self.lag.error_at(origin_s),
+            },
+        )

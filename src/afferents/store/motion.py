@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.errors import InputError
 from afferents.store.drum_path import read_path
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 from afferents.store.responses import Responses, speed_of, steady_s
 
 Values = NDArray[np.float64]
@@ -113,8 +113,15 @@ def add_motion(responses: Responses, logs: Sequence[LoggedFile]) -> Responses:
     InputError
         If a log's clock is not that of the recording, or what it tells is no speed of a slide.
     """
+    start, stop = steady_s(responses) or (0.0, length_s(responses))
     for each in logs:
-        _require_overlap(responses, each)
+        clock = responses[f"{each.name}_time"].values
+        if clock[0] > stop or clock[-1] < start:
+            raise InputError(
+                f"{each.path}: expected times between {start:.2f} and {stop:.2f} s of the "
+                f"recording, found {clock[0]:.2f} to {clock[-1]:.2f} s; if its clock is another "
+                "than the recording's, name a press by which it is set, or take the file away"
+            )
     named = {log.name: log for log in logs}
     if FORCE in named:
         force = responses[FORCE]
@@ -126,7 +133,7 @@ def add_motion(responses: Responses, logs: Sequence[LoggedFile]) -> Responses:
         found = responses[log.name]
         values = found.values.astype(np.float64)
         known = np.isfinite(values).all(axis=1)  # a cell may be empty
-        series = _speed(found[f"{log.name}_time"].values[known], values[known], log)
+        series = _derive_speed(found[f"{log.name}_time"].values[known], values[known], log)
         _require_slide(series, steady_s(responses), log)
         variable = xr.DataArray(
             series.values.astype(np.float32),
@@ -140,7 +147,7 @@ def add_motion(responses: Responses, logs: Sequence[LoggedFile]) -> Responses:
     return responses
 
 
-def _speed(time_s: Values, values: Values, log: LoggedFile) -> Series:
+def _derive_speed(time_s: Values, values: Values, log: LoggedFile) -> Series:
     if log.name == dims.SPEED_SERIES:
         speed = values[:, 0]
         return Series(time_s, -speed if np.median(speed) < 0 else speed)
@@ -169,17 +176,6 @@ def _require_slide(series: Series, steady: tuple[float, float] | None, log: Logg
         raise InputError(
             f"{log.path}: expected speeds above 0 mm/s along the slide, found {share:.0%} of them "
             "at 0 or below; say with steady_s from when to when it slides"
-        )
-
-
-def _require_overlap(responses: Responses, log: LoggedFile) -> None:
-    clock = responses[f"{log.name}_time"].values
-    start, stop = steady_s(responses) or (0.0, length_s(responses))
-    if clock[0] > stop or clock[-1] < start:
-        raise InputError(
-            f"{log.path}: expected times between {start:.2f} and {stop:.2f} s of the recording, "
-            f"found {clock[0]:.2f} to {clock[-1]:.2f} s; if its clock is another than the "
-            "recording's, name a press by which it is set, or take the file away"
         )
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError, then
 from afferents.files import checksum
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile
 
 LETTERS = "abcdefghijklm"
 """The 13 textures of the paper."""

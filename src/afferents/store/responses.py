@@ -33,14 +33,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Json, field_validator
 
 from afferents import dims
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import QualityIssue
-from afferents.store.digest import require_values
+from afferents.store.integrity import require_values
 from afferents.store.recording import Recording, natural_order
 
 Responses = xr.Dataset
@@ -238,7 +237,12 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
     if values.dtype.kind != "f" or not values.size:
         return response
     if response.name == dims.RA2:
-        _require_sound(values, float(response.attrs[dims.SAMPLE_RATE]), where)
+        sound = np.abs(values) < _LOUDEST  # False for NaN
+        if not sound.all():
+            n = int(np.argmin(sound.all(axis=1)))
+            at_s = n / float(response.attrs[dims.SAMPLE_RATE])
+            found = f"{values[n][~sound[n]][0]:.3g} at sample {n} ({at_s:.3f} s)"
+            raise InputError(f"{where}: expected samples that are numbers, found {found}; {_AGAIN}")
         return response
     largest = float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))  # NaN passed over
     if not largest < np.inf:
@@ -249,15 +253,6 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
         expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
         raise InputError(f"{where}: expected {expected}, found up to {largest:g}; {_AGAIN}")
     return response
-
-
-def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: str) -> None:
-    """Refuse vibration, (audio_time, channel), with what is no number, or has no power."""
-    sound = np.abs(values) < _LOUDEST  # False for NaN
-    if not sound.all():
-        n = int(np.argmin(sound.all(axis=1)))
-        found = f"{values[n][~sound[n]][0]:.3g} at sample {n} ({n / sample_rate_hz:.3f} s)"
-        raise InputError(f"{where}: expected samples that are numbers, found {found}; {_AGAIN}")
 
 
 def _check_clocks(responses: Responses, where: Path | str) -> None:

@@ -171,20 +171,16 @@ def require_within(responses: Responses, variable: str, steady: Steady | None) -
     """
     if steady is None:
         return
-    begin, end, step = _extent_s(responses, variable)
+    response = responses[variable]
+    if dims.AUDIO_TIME in response.dims:
+        rate = float(response.attrs[dims.SAMPLE_RATE])
+        begin, end, step = 0.0, response.sizes[dims.AUDIO_TIME] / rate, 1 / rate
+    else:
+        time_s = responses[dims.TIME].values
+        step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+        begin, end = float(time_s[0]), float(time_s[-1]) + step
     if steady[0] < begin - step or steady[1] > end + step:
         raise InputError(
             f"{OPTION}: expected a part of every recording, as {responses.attrs['name']}, whose "
             f"{variable} is from {begin:.2f} to {end:.2f} s, found {written(steady)}"
         )
-
-
-def _extent_s(responses: Responses, variable: str) -> tuple[float, float, float]:
-    """Return when a variable begins and ends, and the time between two of its values, s."""
-    response = responses[variable]
-    if dims.AUDIO_TIME in response.dims:
-        rate = float(response.attrs[dims.SAMPLE_RATE])
-        return 0.0, response.sizes[dims.AUDIO_TIME] / rate, 1 / rate
-    time_s = responses[dims.TIME].values
-    step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    return float(time_s[0]), float(time_s[-1]) + step, step

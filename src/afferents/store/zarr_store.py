@@ -16,25 +16,12 @@ from typing import Any
 import xarray as xr
 from pydantic import BaseModel
 
-from afferents import dims
+from afferents import dims, files
 from afferents.documents import as_form, read_json
 from afferents.errors import InputError, reading, then
-from afferents.files import (
-    first_difference,
-    holds_only,
-    remove,
-    require_free,
-    require_same_config,
-    write_aside,
-)
 from afferents.quality.image import ImageQuality
-from afferents.store.digest import require_described, require_small_values, sealed
-from afferents.store.integrity import (
-    ROOT,
-    is_group,
-    read_attributes,
-    require_all_chunks,
-)
+from afferents.store import integrity
+from afferents.store.integrity import ROOT
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, check_responses
 
@@ -62,7 +49,7 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
         If something else stands there, or a store that holds recordings of another configuration,
         or such that are not the session's.
     """
-    if is_group(store):
+    if integrity.is_group(store):
         earlier = store_config(store)
         there = {name for name in earlier["recordings"] if (store / name / ROOT).is_file()}
         lost = sorted(there.difference(config["recordings"]))
@@ -74,11 +61,11 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
         if there:  # a store without any is as good as new
             if "sensor" in earlier and "sensor" in config:
                 _require_same_sensor(store, earlier["sensor"], config["sensor"])
-            require_same_config(store, "responses", _fixed(earlier), _fixed(config))
+            files.require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return
     else:
-        require_free(store, holds_only())
+        files.require_free(store, files.holds_only())
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
 
 
@@ -86,7 +73,7 @@ def _require_same_sensor(
     store: Path, earlier: Mapping[str, Any], wanted: Mapping[str, Any]
 ) -> None:
     """Refuse a sensor other than that of the responses there."""
-    if differs := first_difference(earlier, json.loads(json.dumps(wanted))):
+    if differs := files.first_difference(earlier, json.loads(json.dumps(wanted))):
         which = f" (another {differs[0]})" if earlier["name"] == wanted["name"] else ""
         raise InputError(
             f"{store}: expected responses of the requested sensor, '{wanted['name']}', found those "
@@ -111,9 +98,9 @@ def remove_empty(store: Path, names: Iterable[str]) -> None:
     whole = [name for name in names if (store / name / ROOT).is_file()]
     used = {Path(), *map(Path, whole)}.union(*(Path(name).parents for name in whole))
     for parent in {parent for name in names for parent in Path(name).parents} - used:
-        remove(store / parent)
+        files.remove(store / parent)
     if not whole:
-        remove(store / ROOT)
+        files.remove(store / ROOT)
 
 
 def store_config(store: Path) -> dict[str, Any]:
@@ -124,11 +111,11 @@ def store_config(store: Path) -> dict[str, Any]:
     InputError
         If there is no store, or one of another format.
     """
-    if not is_group(store):
+    if not integrity.is_group(store):
         raise InputError(
             f"{store}: expected a store written by 'afferents extract', found none; extract first"
         )
-    attributes = read_attributes(store)
+    attributes = integrity.read_attributes(store)
     if attributes.get("format") == TRACKS:
         raise InputError(
             f"{store}: expected a store written by 'afferents extract', found the tracks of one "
@@ -155,12 +142,12 @@ def write_responses(store: Path, responses: Responses) -> None:
     """Write the responses of one recording as the group of its name, whole or not at all."""
     target = store / responses.attrs["name"]
     create_parents(store, [responses.attrs["name"]])
-    write_group(target, sealed(check_responses(responses, target)))
+    write_group(target, integrity.sealed(check_responses(responses, target)))
 
 
 def write_group(target: Path, dataset: xr.Dataset) -> None:
     """Write a dataset as a Zarr v3 group, whole or not at all; it replaces another group."""
-    with write_aside(target, replaces=_holds_arrays) as partial:
+    with files.write_aside(target, replaces=_holds_arrays) as partial:
         # Names of variable length: Zarr v3 specifies no type for those of fixed length.
         fixed = [name for name in dataset.variables if dataset[name].dtype.kind == "U"]
         named = dataset.assign_coords({name: dataset[name].astype(object) for name in fixed})
@@ -175,7 +162,7 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
             raise InputError(
                 f"{target}: expected to be written undisturbed, found parts of it removed meanwhile"
             )
-        require_all_chunks(partial)
+        integrity.require_all_chunks(partial)
 
 
 def _holds_arrays(folder: Path) -> bool:
@@ -208,7 +195,7 @@ def require_same_files(store: Path, name: str, checksum: str) -> None:
 def attributes_there(group: Path) -> dict[str, Any]:
     """Return the attributes of a group; none where it is missing or damaged."""
     with suppress(InputError):
-        return read_attributes(group)
+        return integrity.read_attributes(group)
     return {}
 
 
@@ -222,7 +209,7 @@ def is_whole(store: Path, name: str) -> bool:
 
 def recordings_there(store: Path) -> int:
     """Return how many of its recordings a store holds whole; 0 where there is none yet."""
-    if not is_group(store):
+    if not integrity.is_group(store):
         return 0
     return sum(is_whole(store, name) for name in store_config(store)["recordings"])
 
@@ -236,7 +223,7 @@ def holds_all(store: Path) -> bool:
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return the attributes of those of these recordings that the store holds."""
     there = (name for name in names if (store / name / ROOT).is_file())
-    return {name: read_attributes(store / name) for name in there}
+    return {name: integrity.read_attributes(store / name) for name in there}
 
 
 def open_responses(store: str | Path) -> list[Responses]:
@@ -319,11 +306,11 @@ def _open(store: Path, name: str) -> Responses:
     group = store / name
     read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
     with reading(group, "responses that can be read", do="remove the folder and extract again"):
-        require_all_chunks(group)
+        integrity.require_all_chunks(group)
         responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
         checked = check_responses(responses, group)
-        require_described(checked, group)
-        require_small_values(checked, group)
+        integrity.require_described(checked, group)
+        integrity.require_small_values(checked, group)
     if checked.attrs["name"] != name:
         found = f"those of '{checked.attrs['name']}'"
         raise InputError(
@@ -363,5 +350,5 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
     """Write what makes a folder a group, or give one other attributes, at one stroke."""
     group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
-    with write_aside(path / ROOT) as partial:
+    with files.write_aside(path / ROOT) as partial:
         partial.write_text(json.dumps(group, indent=2), encoding="utf-8")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from afferents.cli.printing import lay_out, say
+from afferents.cli.printing import lay_out, list_rows, say
 from afferents.reporting.tables import make_table
 
 COLUMNS = ("Model", "Protocol", *(f"run-number-{n}" for n in range(4)), "Worst speed here")
@@ -50,3 +50,14 @@ def test_what_is_not_there_and_markup_are_printed_as_they_stand(capsys):
     assert said.endswith("Words.\n")
     say(False, None, make_table("", "", ("a", "b"), []))
     assert capsys.readouterr().out == ""
+
+
+def test_words_go_on_in_their_column_and_names_stay_whole(capsys):
+    name, words = "a-name-that-is-to-be-copied", "words of a cell " * 8
+    say(False, None, list_rows("Title", ("Name", "What"), [(name, words), ("[b]", "markup")]))
+    title, heads, *rows = capsys.readouterr().out.splitlines()
+    assert (title.rstrip(), heads.split()) == ("Title", ["Name", "What"])
+    assert rows[0].startswith(name)
+    assert rows[-1].split() == ["[b]", "markup"]
+    assert " ".join(row[len(name) :].strip() for row in rows[:-1]) == words.strip()
+    assert max(map(len, rows)) <= 80

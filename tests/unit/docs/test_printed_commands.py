@@ -19,26 +19,14 @@ for page in WITH_COMMANDS:
         PLACES.setdefault(one.text, []).append(f"{page.name}:{one.line}")
 
 VIEWER = "needs the extra view, which dev leaves out: test_all_of_a_session_and_its_store"
-FETCHED = "fetches from a server; from one of ours: test_from_a_folder_to_its_files"
-HUB = "fetches from a server; from one of ours: test_a_folder_of_the_hub"
 GITHUB = "fetches from a server; from one of ours: test_a_repository_of_github"
-CLUSTER = "needs the set; on files of its form: test_the_cluster_set_is_learnt_from"
 NTP = "needs the set; on files of its form: " + (
     "test_printed_textures_under_nine_taxels_are_learnt_from"
 )
 BENCHMARK = "needs data and entries; on a task of its own: tests/unit/benchmark"
 SWEPT = "needs slides whose speed changes: test_a_sweep_goes_all_the_way"
 NOT_RUN = {
-    "afferents fetch pestell2022 DATA": FETCHED,
-    "afferents fetch fabricslide FABRIC": FETCHED,
-    "afferents fetch cluster-haptic-accel CLUSTER": HUB,
-    "afferents fetch cluster-haptic-audio CLUSTER": HUB,
     "afferents fetch ntp NTP": GITHUB,
-    "afferents fetch biotac-slide BIOTAC": GITHUB,
-    "afferents fetch vibrotexturerecog SHADOW": GITHUB,
-    "afferents inspect cluster-haptic-accel:CLUSTER": CLUSTER,
-    "afferents evaluate cluster-haptic-accel:CLUSTER --out RESULTS "
-    "--models order-te-speed-known,ridge-te": CLUSTER,
     "afferents inspect ntp:NTP": NTP,
     "afferents evaluate ntp:NTP --out RESULTS --models order-te,order-te-speed-known": NTP,
     "afferents align TOUCH1 TOUCH2 TOUCH3": (
@@ -56,13 +44,10 @@ NOT_RUN = {
     "afferents evaluate SWEPT.zarr --out BANDS --split speed --bands 35,65 "
     "--models sa-wave-vector": SWEPT,
     "afferents report BANDS": SWEPT,
-    "afferents inspect RUNS.zarr": SWEPT,
     "afferents evaluate RUNS.zarr --out BANDS --split speed --bands 35,65 "
     "--models sa-wave-vector": SWEPT,
     "afferents evaluate RUNS.zarr --out FORCES --split force --bands 3 "
     "--models sa-wave-vector": SWEPT,
-    "afferents evaluate RUNS.zarr --out HEARD --split speed --bands 35,65 "
-    "--models order-te-speed-known --window-s 0.5 --stride-s 0.25": SWEPT,
     "afferents benchmark run rig/speed --models chance,sa-wave-vector": (
         "simulates for a minute; on a smaller rig: test_the_rigs_task_makes_its_own_data"
     ),

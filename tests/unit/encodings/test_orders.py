@@ -8,8 +8,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.encodings.lines import Lines, bridge
 from afferents.encodings.orders import OrderEncoding
+from afferents.encodings.windows import Lines, bridge
 from afferents.errors import InputError
 
 RATE_HZ = 1000.0

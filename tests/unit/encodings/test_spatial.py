@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.frames import tactile_images
-from afferents.encodings.images import spatial_samples, spatiotemporal_samples
+from afferents.encodings.images import component_images, spatial_samples, spatiotemporal_samples
 from afferents.errors import InputError
 
 ATTRS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}
@@ -43,8 +42,8 @@ def test_windows_are_ten_frames_and_do_not_overlap():
 
 def test_what_makes_no_image_or_window_is_refused():
     with pytest.raises(InputError, match=r"sa1 of 3/50: expected markers whose places are known"):
-        tactile_images(response(grid=False))
+        component_images(response(grid=False))
     with pytest.raises(InputError, match="lost markers filled"):
-        tactile_images(response().where(response() != 3))
+        component_images(response().where(response() != 3))
     with pytest.raises(InputError, match=r"at least 10 frames .* found 9"):
         spatiotemporal_samples(response(), slice(0, 9), memory=0)

@@ -42,7 +42,7 @@ def save_all(root, data, accuracy_of):
         true = (data["texture"].values[fold.test] == "b").astype(int)
         right = np.arange(len(true)) < accuracy_of[fold.held_out] * len(true)
         probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
-        predictions = fold_files.predictions_table(key, data, fold, probabilities, ["a", "b"])
+        predictions = fold_files.predictions_table(key, data, fold, probabilities)
         fold_files.save_fold(root, facts(key), predictions, b"w")
         keys.append(key)
     return keys

@@ -26,7 +26,7 @@ from afferents.evaluation.fold_files import (
 )
 from afferents.files import write_json
 from afferents.models import fitting
-from afferents.models.checkpoint import Checkpoint
+from afferents.models.learner import Checkpoint
 from afferents.models.model import choose_models
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE

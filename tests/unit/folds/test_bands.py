@@ -99,7 +99,7 @@ def test_the_guard_finds_a_window_that_crosses(swept):
     stop[fold.validation] += 0.5
     reaching = reaching.assign_coords(stop_s=("sample", stop))
     assert find_leaks(reaching, fold, fold.train).test_samples_overlapping_validation > 0
-    assert not find_leaks(samples, fold, fold.train)
+    refuse_leaks(find_leaks(samples, fold, fold.train), fold)
 
 
 def test_constant_slides_are_of_the_band_of_their_speed():

@@ -15,7 +15,7 @@ from afferents.errors import InputError
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.folds.splits import join_variants
 from afferents.models.fusion import mean_within
-from afferents.store.digest import sealed
+from afferents.store.integrity import sealed
 
 N_FRAMES, N_MARKERS, REST = 400, 60, 10
 

@@ -73,7 +73,7 @@ def test_a_cell_is_held_out_with_its_row_and_its_column(samples):
         assert row not in learnt[:, 0]
         assert column not in learnt[:, 1]
         nothing = fold.train[:0]
-        assert not find_leaks(data, fold, nothing)
+        refuse_leaks(find_leaks(data, fold, nothing), fold)
         beside = np.flatnonzero((groups != fold.held_out) & PAIR.sharing(groups, fold.held_out))
         with pytest.raises(LeakageError, match="speed 10 mm/s and force 0"):
             refuse_leaks(find_leaks(data, fold, beside), fold)

@@ -10,7 +10,7 @@ from afferents import dims
 from afferents.channels import sa1
 from afferents.errors import InputError
 from afferents.markers.estimate import recognise_sensor
-from afferents.markers.rest_report import rest_sentences
+from afferents.markers.rest import rest_sentences
 from afferents.markers.sensor import load_sensor
 from afferents.markers.suspects import without_false_markers
 from afferents.markers.track import track_markers

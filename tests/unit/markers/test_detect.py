@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.markers.detect import detect, spacing_px
-from afferents.markers.discs import find_discs
+from afferents.markers.detect import detect, find_discs, spacing_px
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.sensor import DiscDetector, load_sensor
 from afferents.markers.suspects import beyond_layout

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+import xarray as xr
 from pydantic import ValidationError
 
 from afferents import dims
@@ -50,7 +51,7 @@ def test_tracks_are_straightened_after_tracking(draw, video, free):
     np.testing.assert_allclose(
         straight[dims.REST_POSITION], undistort(tracks[dims.REST_POSITION].values, lens)
     )
-    assert upright_tracks(tracks, free) is tracks
+    xr.testing.assert_identical(upright_tracks(tracks, free), tracks)
 
 
 def test_a_lens_without_its_coefficients_is_refused():

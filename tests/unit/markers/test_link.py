@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
+from afferents.markers.detect import NO_BLOB, link_nearest, link_one_to_one
 
 
 def cost(expected, blobs, index, gate):

@@ -11,8 +11,7 @@ from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.quality import describe
-from afferents.markers.rest import MOST_STALE, STILL
-from afferents.markers.rest_report import rest_sentences
+from afferents.markers.rest import MOST_STALE, STILL, rest_sentences
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import ordered_rest, track_markers
 from afferents.recordings.video import open_clip

@@ -5,8 +5,8 @@ import copy
 import pytest
 import torch
 
-from afferents.models.checkpoint import Checkpoint
 from afferents.models.classifiers import build
+from afferents.models.learner import Checkpoint
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import train
 

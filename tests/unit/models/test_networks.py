@@ -139,7 +139,11 @@ def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
 
 
 def test_the_page_on_the_paper_lists_their_layers():
-    rows = re.findall(r"^\| (\w+Net|CnnLstm) \|.*\| ([\d,]+) \|$", PAGE.read_text(), flags=re.M)
-    for name, shape, network, total, _ in NETWORKS[:3]:
-        listed = [int(n.replace(",", "")) for title, n in rows if title == network.__name__]
-        assert listed == [*count_by_layer(build(name, 13, shape)), total]
+    (listing,) = re.findall(r"```text\n(.*?)```", PAGE.read_text(), flags=re.S)
+    for block, (name, shape, network, total, _) in zip(
+        listing.split("\n\n"), NETWORKS[:3], strict=True
+    ):
+        title, *layers = block.strip().splitlines()
+        assert title == f"{network.__name__}: {total:,} parameters"
+        listed = [int(line.split()[-1].replace(",", "")) for line in layers]
+        assert listed == count_by_layer(build(name, 13, shape))

@@ -12,7 +12,7 @@ import xarray as xr
 
 import afferents
 from afferents.neuro.neural import spikes_of_store
-from afferents.neuro.nwb.content import (
+from afferents.neuro.nwb import (
     Placed,
     add_sounds,
     add_trials,

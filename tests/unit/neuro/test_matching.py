@@ -9,9 +9,9 @@ from tests.unit.neuro.test_analysis import fibres
 
 from afferents.errors import InputError
 from afferents.neuro import left_out, without_gaps
+from afferents.neuro.figures import summarise_decoding, summarise_rates, summarise_stretching
 from afferents.neuro.matching import choose_speeds, compare, matched
 from afferents.neuro.speed import match_by_class
-from afferents.neuro.summary import summarise_decoding, summarise_rates, summarise_stretching
 from afferents.spikes import Spikes
 
 # trains here are drawn without a refractory time
@@ -94,7 +94,7 @@ def test_summaries_put_populations_side_by_side():
 def test_fibres_with_gaps_are_compared_with_artificial_units():
     """No fibre is there in every trial: trains are matched, and decoded from what is whole."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
-    found = compare(artificial, natural, 0.2, 0, "made")
+    found = compare(artificial, natural, 0.2, 0)
     same = "Matched: 6 textures, 17 SA, 15 RA, 7 PC units and 1 repetition of each; "
     assert found.matched.startswith(same)
     assert "were not recorded" in found.matched
@@ -115,17 +115,15 @@ def test_fibres_that_share_nothing_are_matched_alone():
     speed = natural.trials["speed_mm_s"].to_numpy()
     recorded = (texture[:, None] + np.arange(8)) % 2 == (speed[:, None] > 100)
     durations_s = np.where(recorded, natural.durations_s, np.nan)
-    found = compare(artificial, replace(natural, durations_s=durations_s), 0.2, 0, "made")
+    found = compare(artificial, replace(natural, durations_s=durations_s), 0.2, 0)
     assert "beside_resolution" not in found.tables
-    assert not found.figures
     assert found.whole.startswith("Texture can't be decoded from the fibres (")
 
 
 def test_without_gaps_decoding_is_compared_as_well():
     natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
-    found = compare(artificial, natural, 0.2, 0, "made")
+    found = compare(artificial, natural, 0.2, 0)
     assert "beside_resolution" in found.tables
-    assert found.figures.keys() == {"beside"}
 
 
 def made(textures, speeds, classes, seconds):

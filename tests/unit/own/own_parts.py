@@ -13,7 +13,7 @@ from torch import nn
 
 from afferents import Channel, ImageEncoding, Model, SpatialEncoding, dims
 from afferents.encodings.base import Option
-from afferents.encodings.frames import frame_extents
+from afferents.encodings.images import frame_extents
 from afferents.encodings.samples import make_samples
 
 

@@ -8,7 +8,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote, unquote, urlsplit
 
-from afferents.recordings.fetch.fetch import CHECKSUMS
+from afferents.recordings.fetch import CHECKSUMS
 
 
 class Site:

@@ -12,10 +12,10 @@ import pytest
 
 import afferents
 from afferents.errors import InputError
+from afferents.recordings import fetch as fetching
+from afferents.recordings import listing
 from afferents.recordings.described import PACKAGED
-from afferents.recordings.fetch import fetch as fetching
-from afferents.recordings.fetch import listing
-from afferents.recordings.fetch.listing import format_manifest, read_manifest
+from afferents.recordings.listing import format_manifest, read_manifest
 
 from ...limits import files_no_larger_than
 from .served_files import here

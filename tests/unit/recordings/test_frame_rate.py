@@ -11,9 +11,8 @@ import afferents
 from afferents.errors import InputError
 from afferents.quality.issues import KINDS
 from afferents.recordings.audio import WavFile
-from afferents.recordings.check import check_recording
+from afferents.recordings.check import check_recording, wrong_rate
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.frame_rate import wrong_rate
 from afferents.recordings.session_file import SessionFile
 
 N_FRAMES, TRUE_HZ, TOLD_HZ = 270, 90, 30

@@ -21,8 +21,8 @@ from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.media import find_media
 from afferents.recordings.pattern import Pattern
 from afferents.recordings.pictures import ImageFolder
-from afferents.recordings.session import recordings_of
-from afferents.recordings.session_file import session_file
+from afferents.recordings.session import match_recordings
+from afferents.recordings.session_file import read_session_file
 from afferents.recordings.video import VideoFile
 
 ONE = '[[recordings]]\nvideo = "a.avi"\ntexture = "a"\n'
@@ -163,21 +163,21 @@ def test_a_list_says_all_of_each(empty):
     assert second.conditions["pressure"] == 4.5
     assert (second.sensor, second.rest_frame, second.steady_s) == ("hex127", 0, (1.0, 2.0))
     assert (third.name, third.texture, third.speed_mm_s) == ("others/c", "felt", None)
-    assert session_file(root).sensor == "mine.toml"
+    assert read_session_file(root).sensor == "mine.toml"
 
 
 def test_what_people_write_is_what_programs_write(empty):
     root = empty(["a.avi"], '[[recordings]]\nvideo = "a.avi"\ntexture = 3\nsteady_s = [1, 2]\n')
-    by_people = session_file(root).model_dump()
+    by_people = read_session_file(root).model_dump()
     (root / "session.toml").unlink()
     one = {"video": "a.avi", "texture": 3, "steady_s": [1, 2]}
     # A program may note a sensor of any form, and whatever else.
     noted = {"recordings": [one], "sensor": {"name": "tip"}, "rig": {"a": 1}}
     (root / "session.json").write_text(json.dumps(noted))
-    assert session_file(root).model_dump() == by_people
+    assert read_session_file(root).model_dump() == by_people
     (root / "session.toml").touch()
     with pytest.raises(InputError, match=r"one session file, found session\.toml and session"):
-        session_file(root)
+        read_session_file(root)
 
 
 @pytest.mark.parametrize(
@@ -374,7 +374,7 @@ def test_checksums_may_be_in_capitals(lab):
 def test_videos_come_back_at_the_rate_at_which_they_were_extracted(lab):
     session = afferents.read_session(lab(["a.avi"], ONE))
     stored = xr.Dataset(attrs={"name": "a", "declared": '{"fps_hz": 45.0}'})
-    frames = list(recordings_of(session, [stored])["a"].video.frames())
+    frames = list(match_recordings(session, [stored])["a"].video.frames())
     np.testing.assert_allclose([f.time_s for f in frames], np.arange(len(frames)) / 45)
 
 
@@ -384,14 +384,14 @@ def test_sound_may_end_with_the_constant_speed(lab, write_audio):
     write_audio(root / "a.wav", duration_s=2.0)
     (recording,) = afferents.read_session(root).recordings
     with pytest.raises(InputError, match=r"audio of at least 2\.25 s, for a video of 3\.00 s"):
-        check_recording(recording, session_file(root))
+        check_recording(recording, read_session_file(root))
     (root / "session.toml").write_text(toml + "steady_s = [0.5, 1.9]\n")
     (recording,) = afferents.read_session(root).recordings
-    assert check_recording(recording, session_file(root)) == []
+    assert check_recording(recording, read_session_file(root)) == []
     (root / "session.toml").write_text(ONE + "steady_s = [0.5, 6]\n")
     (recording,) = afferents.read_session(root).recordings
     with pytest.raises(InputError, match=r"a\.avi: expected at least 6 s, .* found 3\.00 s"):
-        check_recording(recording, session_file(root))
+        check_recording(recording, read_session_file(root))
 
 
 TABLE = pd.DataFrame(

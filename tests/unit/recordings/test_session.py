@@ -8,7 +8,7 @@ import pytest
 from afferents.errors import InputError
 from afferents.recordings.check import check_recording, facts
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session_file import SessionFile, session_file
+from afferents.recordings.session_file import SessionFile, read_session_file
 
 TEXTURES = [f"{mm / 2:g}" for mm in range(13)]
 SPEEDS = [str(v) for v in range(10, 101, 10)]
@@ -75,15 +75,15 @@ def test_no_session(tmp_path):
 
 def test_session_file_declares(write_session):
     root = write_session("0/10")
-    assert session_file(root) == SessionFile()
+    assert read_session_file(root) == SessionFile()
     declared = {"steady_s": [1, 3.5], "direction": "-y", "sensor": {"name": "tip-b"}}
     (root / "session.json").write_text(json.dumps(declared))
     recording = read_session(root).recordings[0]
     assert recording.steady_s == (1.0, 3.5)
     assert recording.conditions == {"direction": "-y"}
-    assert "sensor" not in session_file(root).model_dump()
+    assert "sensor" not in read_session_file(root).model_dump()
     (root / "session.json").write_text('{"audio_channels": 1}')
-    assert session_file(root).channel == 0
+    assert read_session_file(root).channel == 0
     (root / "session.json").write_text('{"audio_channels": 1, "sensor_channel": 1}')
     with pytest.raises(InputError, match=r"session\.json: expected .*sensor_channel"):
         read_session(root)

@@ -3,7 +3,12 @@
 import re
 
 from afferents.models.config import training_config
-from afferents.reporting.published import discrepancies, remaining_discrepancies
+from afferents.reporting.published import (
+    discrepancies,
+    list_discrepancies,
+    list_sections,
+    remaining_discrepancies,
+)
 
 
 def test_epochs_of_fast_are_those_of_the_code():
@@ -24,6 +29,9 @@ def test_epochs_of_fast_are_those_of_the_code():
 def test_what_remains_is_said_with_its_number():
     page = discrepancies()
     assert [int(n) for n in re.findall(r"^(\d+)\. \*\*", page, re.M)] == list(range(1, 45))
+    assert len(list_discrepancies()) == 44
+    assert sum(len(one.sides) for one in list_discrepancies()) == page.count("\n    - ")
+    assert list(map(len, list_sections().values())) == [6, 5]
     remaining = remaining_discrepancies()
     of_code = [said for said in remaining if said[0].isdigit()]
     assert len(of_code) == page.count("still different: ") > 5

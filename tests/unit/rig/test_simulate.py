@@ -12,7 +12,7 @@ import afferents
 from afferents.errors import InputError
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.session_file import session_file
+from afferents.recordings.session_file import read_session_file
 from afferents.rig import HARD, NUISANCES
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import make_simulation
@@ -40,7 +40,7 @@ def test_it_is_read_as_any_session_and_says_all_of_itself(session):
     assert [r.name for r in read.recordings] == ["0/50", "0/100", "3/50", "3/100"]
     assert all(r.video is not None and r.audio is not None for r in read.recordings)
     assert read.reference is not None
-    assert session_file(session).simulated
+    assert read_session_file(session).simulated
     content = json.loads((session / "session.json").read_text())
     assert content["seed"] == 0
     assert content["rig"]["skin"]["friction"] == 0.68

@@ -9,8 +9,7 @@ from pydantic import ValidationError
 from afferents.rig import Skin, bumped_surface, soft_maximum
 from afferents.rig.kernel import SPAN
 from afferents.rig.mesh import build_mesh
-from afferents.rig.skin import PHYSICS_RATE_HZ
-from afferents.rig.skin_on_drum import Motion, SkinOnDrum
+from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, SkinOnDrum
 
 SKIN = Skin()
 WEIGHT = np.full(361, 1 / 361)

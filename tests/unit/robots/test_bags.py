@@ -22,7 +22,7 @@ pytest.importorskip("rosbags")
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from afferents.lab.recorder.bags import Bag, extract_files
+from afferents.lab.recorder.bags import extract_files
 from afferents.recordings.audio import WavFile
 from afferents.recordings.ros_messages import (
     PICTURE,
@@ -259,7 +259,7 @@ def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding
 def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_path):
     samples = np.arange(2000, dtype=np.int16)[:, None]
     ros_bag(tmp_path / "bag", types, raw(types, 5), heard(types, samples))
-    files = extract_files(Bag(tmp_path / "bag", audio_rate_hz=16_000), tmp_path)
+    files = extract_files(tmp_path / "bag", tmp_path, audio_rate_hz=16_000)
     found, rate_hz = soundfile.read(files.audio, dtype="int16")
     np.testing.assert_array_equal(found, samples[:, 0])
     assert rate_hz == 16_000
@@ -271,7 +271,7 @@ def test_a_header_without_a_time_leaves_the_bags(types, tmp_path):
     sound = list(heard(types, np.ones((2000, 1), np.int16), ROS_SOUND_STAMPED))
     empty = [(*said, fields | {"header": stamped(types, 0)}) for *said, fields in sound]
     bag = ros_bag(tmp_path / "bag", types, raw(types, 5), empty)
-    assert extract_files(Bag(bag), tmp_path).audio_start_s == pytest.approx(7.025)
+    assert extract_files(bag, tmp_path).audio_start_s == pytest.approx(7.025)
 
 
 @pytest.mark.parametrize("kind", [ROS_SOUND, ROS_SOUND_STAMPED])
@@ -282,7 +282,7 @@ def test_sound_that_was_lost_is_refused_and_what_comes_late_is_not(types, tmp_pa
     for n in range(3, 18):  # all at once, with the one after them
         late = {"header": blocks[18][3]["header"]} if kind == ROS_SOUND_STAMPED else {}
         blocks[n] = (*blocks[n][:2], blocks[18][2], blocks[n][3] | late)
-    files = extract_files(Bag(ros_bag(tmp_path / "late", types, raw(types, 5), blocks)), tmp_path)
+    files = extract_files(ros_bag(tmp_path / "late", types, raw(types, 5), blocks), tmp_path)
     assert len(soundfile.read(files.audio)[0]) == 8820
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.robots.sources import Source
+from afferents.robots.sources import Chosen
 from afferents.robots.viewer import list_values
 
 with_rerun = pytest.mark.skipif(find_spec("rerun") is None, reason="could not import 'rerun'")
@@ -59,7 +59,7 @@ def test_markers_count_from_the_corner_of_the_first_pixel():
     position = (("time", "marker", "space"), [[[3.0, 4.0], [np.nan, np.nan]]])
     responses = xr.Dataset({"position": position}, {"time": [0.5]})
     rr = SimpleNamespace(Points2D=lambda points, **_: points.tolist())
-    logged = [*list_values(rr, Source(None, responses))]
+    logged = [*list_values(rr, Chosen(None, responses))]
     assert logged == [(0.5, "camera/markers", [[3.5, 4.5]])]
 
 

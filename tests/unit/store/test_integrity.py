@@ -10,7 +10,7 @@ import zarr
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.files import checksum
-from afferents.store import digest
+from afferents.store import integrity
 
 NO_GRID = {"name": "regular", "configuration": {"chunk_shape": [0, 1]}}
 ALONE = ("--quiet", "--workers", 1)
@@ -192,7 +192,7 @@ def test_a_store_whose_values_changed_is_refused_when_they_are_read(
 def test_damage_to_the_store_is_found_before_anything_is_trained(
     stores, tmp_path, fails, monkeypatch
 ):
-    monkeypatch.setattr(digest, "_SMALL", 0)  # long recordings are not read when they are opened
+    monkeypatch.setattr(integrity, "_SMALL", 0)  # long recordings are not read when they are opened
     store, results = shutil.copytree(stores["video"], tmp_path / "s.zarr"), tmp_path / "r"
     (chunk,) = [p for p in (store / "2/40/sa1/c").rglob("*") if p.is_file()][:1]
     chunk.write_bytes(chunk.read_bytes()[:-7])

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from afferents.errors import InputError
 from afferents.store.drum_path import DRIVE, MARK, Drum, logged_path
-from afferents.store.log import read_log, write_log
-from afferents.store.logged import LoggedFile
+from afferents.store.log import LoggedFile, read_log, write_log
 from afferents.store.motion import (
     Series,
     add_motion,

@@ -11,7 +11,7 @@ import xarray as xr
 from afferents.errors import InputError
 from afferents.neuro.neural import spikes_of_store
 from afferents.robots.sources import find_recordings
-from afferents.store.digest import sealed
+from afferents.store.integrity import sealed
 from afferents.store.recording import Recording, RecordingSet, natural_order, require_utf8
 from afferents.store.zarr_store import (
     create_store,

@@ -9,9 +9,9 @@ from lerobot.cameras import Camera
 from lerobot.utils.decorators import check_if_already_connected, check_if_not_connected
 
 from afferents.errors import InputError
-from afferents.lab.devices.found import find_devices
+from afferents.lab.devices import find_devices
 from afferents.lab.live import LivePipeline, Source, Wanted, find_sensor, open_sources
-from afferents.lab.live.mailbox import Mailbox
+from afferents.lab.live.events import Mailbox
 from afferents.lab.live.touch import Filled, Pixels, colour_image
 from afferents.lab.live.web.snapshot import ring_px
 from afferents.markers.sensor import load_sensor

@@ -79,7 +79,7 @@ class PortableCamera(Camera):
         )
 
     def frames(self) -> Iterator[Frame]:
-        """Yield what FFmpeg gives, numbered here."""
+        """Yield what FFmpeg gives, numbered here; in grey where its format has no name."""
         container: InputContainer = self._begin()
         stream, clock = container.streams.video[0], HostClock()
         try:
@@ -88,12 +88,14 @@ class PortableCamera(Camera):
                 if self._ended.is_set():
                     return
                 if packet.size:
-                    stamp_s = arrived_s
+                    at_s, data = arrived_s, bytes(packet)
                     if packet.pts is not None:
-                        stamp_s = float(packet.pts * packet.time_base)
-                    time_s = clock.read(stamp_s, arrived_s)
-                    data = self._data(packet)
-                    yield Frame(sequence, time_s, packet.is_corrupt or data is None, data or b"")
+                        at_s = float(packet.pts * packet.time_base)
+                    if not _kept_format(stream):
+                        grey = (frame.reformat(format="gray") for frame in packet.decode())
+                        data = next((frame.to_ndarray().tobytes() for frame in grey), b"")
+                    time_s = clock.read(at_s, arrived_s)
+                    yield Frame(sequence, time_s, packet.is_corrupt or not data, data)
         except (av.FFmpegError, OSError) as error:
             raise self._lost(reason_of(error).lower()) from error
         raise self._lost("no more frames")
@@ -116,14 +118,6 @@ class PortableCamera(Camera):
                 last = error
         do = "close what else uses it, or name another"
         raise not_free(f"camera {options.device}", "a camera", last, do) from last
-
-    def _data(self, packet: Any) -> bytes | None:
-        """Return a frame as it came, or in grey where there is no name for how it came."""
-        if _kept_format(packet.stream):
-            return bytes(packet)
-        for frame in packet.decode():
-            return bytes(frame.reformat(format="gray").to_ndarray().tobytes())
-        return None
 
 
 def _kept_format(stream: Any) -> str:

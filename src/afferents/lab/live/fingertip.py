@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from afferents.lab.live import events
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.mailbox import Mailbox, take_in_order
-from afferents.lab.live.sensor_stream import JUMP_S, LATE_S
 from afferents.lab.live.sensors import DeviceSource
 from afferents.lab.live.sources import find_sensor, open_sources
+from afferents.lab.live.streams import JUMP_S, LATE_S
 from afferents.lab.live.touch import NO_SOUND, NO_TIMES, Response, Touch
 from afferents.markers.sensor import Sensor, resolve_sensor
 
@@ -103,12 +102,12 @@ class Fingertip(AbstractContextManager["Fingertip", None]):
     def _take_events(self) -> Iterator[events.Event]:
         """Yield what the sources give, and that the video ends."""
         if any(math.isfinite(source.speed) for source in self._sources):
-            mailbox = Mailbox()
+            mailbox = events.Mailbox()
             for source in self._sources:
                 mailbox.take_from(source)
             yield from (event for event in mailbox.take(1.0) if event is not None)
         else:
-            yield from take_in_order(self._sources, self._time_of)
+            yield from events.take_in_order(self._sources, self._time_of)
         yield events.Begin("video", math.nan)
 
     def _follow(self, event: events.Event) -> Iterable[tuple[events.CameraFrame, Touch]]:

@@ -268,7 +268,7 @@ class Follower:
 
         def follow() -> Iterator[tuple[CameraFrame, Touch]]:
             at_rest = rest_frame._replace(follows=False)
-            yield at_rest.picture, self._make_touch(*at_rest, tracker.at_rest(begun.present))
+            yield at_rest.picture, self._make_touch(*at_rest, begun.first)
             for waiting in later:
                 seen = tracker.step(waiting.picture.frame.luma)
                 yield waiting.picture, self._make_touch(*waiting, seen)

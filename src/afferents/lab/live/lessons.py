@@ -7,7 +7,8 @@ the same samples.
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +24,13 @@ from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.extract import responses_of
 from afferents.files import PARTIAL_PREFIX, holds_only, naming, remove, write_json, write_text
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings
-from afferents.lab.live.events import CameraFrame
-from afferents.lab.live.follower import REST_FRAMES
-from afferents.lab.live.network import Outcome
-from afferents.lab.live.reporters import ModelReporter
-from afferents.lab.live.touch import Filled, Response
+from afferents.lab.live import events, follower, network, reporters, touch
 from afferents.lab.writers import SoundWriter, VideoWriter
 from afferents.markers.calibrate import sensor_toml
 from afferents.markers.rest import N_FIRST
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.models.taught import MODEL, Taught, solve_taught
-from afferents.recordings.data_sets import read_session
-from afferents.recordings.frame_rate import RATE_TOLERANCE
-from afferents.recordings.layouts import AUDIO, VIDEO
-from afferents.recordings.pattern import parse_speed
-from afferents.recordings.session_file import SESSION_FILE, require_label
+from afferents.recordings import check, data_sets, layouts, pattern, session_file
 from afferents.store.recording import GreyImage, fold_label, require_distinct
 
 NAME = "lessons"
@@ -81,10 +74,10 @@ class TaughtNetwork:
         """Return in sentences what was taught, and how far it was tested."""
         return self._sentences
 
-    def predict(self, sample: Response) -> Outcome | None:
+    def predict(self, sample: touch.Response) -> network.Outcome | None:
         """Return what an image (component, row, column) and those before it are; see `Network`."""
         run = self._stream.feed(sample)
-        return None if run is None else Outcome(*self._taught.ask(run))
+        return None if run is None else network.Outcome(*self._taught.ask(run))
 
 
 class _Lesson:
@@ -114,14 +107,16 @@ class _Lesson:
         self.begins_s = self.touched_s = begins_s
         self.period_s = 1 / fps_hz
         self.zero_s = begins_s - len(at_rest) * self.period_s
-        self.runs: list[tuple[float, float, Response]] = []
+        self.runs: list[tuple[float, float, touch.Response]] = []
         """Start and end, s, and sample of each run of frames."""
         self._frames = SOURCE.encoding.stream(SOURCE.channel.lookback)
         self._since_s, self._n_off, self._rate_hz = math.nan, 0, sample_rate_hz
         height, width = at_rest[0].shape
         settings = CameraSettings(NAME, "MJPG", width, height, fps_hz)
-        self._video = VideoWriter(folder / VIDEO, settings)
-        self._sound = SoundWriter(folder / AUDIO, sample_rate_hz, 1) if sample_rate_hz else None
+        self._video = VideoWriter(folder / layouts.VIDEO, settings)
+        self._sound: SoundWriter | None = None
+        if sample_rate_hz:
+            self._sound = SoundWriter(folder / layouts.AUDIO, sample_rate_hz, 1)
         for i, image in enumerate(at_rest):
             self._write(image, self.zero_s + i * self.period_s)
 
@@ -129,7 +124,7 @@ class _Lesson:
         _, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
         self._video.write(jpeg.tobytes(), time_s - self.zero_s)
 
-    def add(self, picture: CameraFrame, filled: Filled) -> bool:
+    def add(self, picture: events.CameraFrame, filled: touch.Filled) -> bool:
         """Take in a frame; return whether the touch goes on."""
         time_s = picture.time_s
         self._write(picture.frame.image, time_s)
@@ -147,9 +142,9 @@ class _Lesson:
                 self.runs.append((self._since_s, time_s + self.period_s, run))
                 self._frames.skip()  # the next run begins after it, as offline
                 self._since_s = math.nan
-        return self._n_off < REST_FRAMES and time_s < self.begins_s + MOST_S
+        return self._n_off < follower.REST_FRAMES and time_s < self.begins_s + MOST_S
 
-    def hear(self, time_s: float, samples: Response) -> None:
+    def hear(self, time_s: float, samples: touch.Response) -> None:
         """Take in sound, (n, 1), at its place; silence stands where some is missing."""
         if self._sound is None or self._rate_hz is None:
             return
@@ -214,7 +209,7 @@ class Lessons:
         self._lesson: _Lesson | None = None
         self._at_rest, self._rest = deque[GreyImage](maxlen=N_FIRST), object()
         self._ending, self._last = False, ""
-        self.reporter: ModelReporter | None = None
+        self.reporter: reporters.ModelReporter | None = None
         if folder.exists() and not holds_only()(folder):
             self._read(sensor)
         self._solve()
@@ -222,7 +217,7 @@ class Lessons:
     def _read(self, sensor: Sensor | None) -> None:
         """Read lessons that were taught before, as `extract` and `evaluate` do."""
         wanted, where = "a folder of lessons, or a new one", f"--learn {self._folder}"
-        self._content = read_json(self._folder / SESSION_FILE, wanted)
+        self._content = read_json(self._folder / session_file.SESSION_FILE, wanted)
         if self._content.get("made_by") != _MADE_BY:
             raise InputError(f"{where}: expected {wanted}, found another session")
         own = load_sensor(self._folder / SENSOR).model_copy(update={"rest_frame": 0})
@@ -233,9 +228,9 @@ class Lessons:
         if heard and self._sample_rate_hz is None:
             raise InputError(f"{where}: expected --audio, as its lessons have sound, found none")
         self._sample_rate_hz = self._sample_rate_hz if heard else None
-        for recording in read_session(self._folder).recordings:
+        for recording in data_sets.read_session(self._folder).recordings:
             rate_hz = getattr(recording.video, "fps_hz", self._fps_hz)
-            if abs(rate_hz - self._fps_hz) > RATE_TOLERANCE * rate_hz:
+            if abs(rate_hz - self._fps_hz) > check.RATE_TOLERANCE * rate_hz:
                 expected = f"{rate_hz:.3g} frames/s, as its lessons have"
                 raise InputError(f"{where}: expected {expected}, found {self._fps_hz:.3g}")
             samples = encode(responses_of(recording, own), SOURCE, "all")
@@ -283,11 +278,11 @@ class Lessons:
             runs.
         """
         try:
-            name = require_label(fold_label(name))
+            name = session_file.require_label(fold_label(name))
         except ValueError as error:
             raise InputError(f"the name: expected {error}, found '{name}'") from None
         try:
-            speed_mm_s = parse_speed(f"{speed}") if speed else None
+            speed_mm_s = pattern.parse_speed(f"{speed}") if speed else None
         except ValueError:
             speed_mm_s = math.nan
         if speed_mm_s is not None and not 0 < speed_mm_s < math.inf:
@@ -297,7 +292,7 @@ class Lessons:
                 f"a lesson: expected an end of '{self._requested[0]}' first, found none"
             )
         listed = self._content["recordings"]
-        speeds = {one.get("speed_mm_s", speed_mm_s) for one in listed} | {speed_mm_s}
+        speeds = {one.get("speed_mm_s") for one in listed} | {speed_mm_s}
         named = {(f"{speed:g}", speed) for speed in speeds if speed is not None}
         require_distinct("a lesson", [name, *(one["texture"] for one in listed)], named)
         self._ending, self._requested = False, (name, speed_mm_s)
@@ -322,7 +317,7 @@ class Lessons:
         name = requested[0] if requested else None
         return {"name": name, "lasts_s": lasts_s, "sentences": sentences, "last": self._last}
 
-    def take(self, picture: CameraFrame, filled: Filled, sensor: Sensor) -> None:
+    def take(self, picture: events.CameraFrame, filled: touch.Filled, sensor: Sensor) -> None:
         """Take in a frame, and what it shows."""
         touching, self._sensor = filled.touch.touching, sensor
         if filled.touch.now.rest is not self._rest:
@@ -332,40 +327,32 @@ class Lessons:
             self._at_rest.append(picture.frame.image.copy())  # a camera's memory is used again
         if self._requested is None:
             return
-        try:
-            with naming(self._partial):
-                if self._lesson is None and touching:
-                    if not self._at_rest:
-                        raise InputError(
-                            "expected frames at rest before it, found none; let go, and try again"
-                        )
-                    remove(self._partial)
-                    self._partial.mkdir(parents=True)
-                    rates = self._fps_hz, self._sample_rate_hz
-                    self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
-                goes_on = self._lesson is None or self._lesson.add(picture, filled)
-        except (InputError, OSError) as error:
-            self._forget(str(error))
-            return
-        if self._ending or not goes_on:
-            self.end()
+        with self._forgetting_faults():
+            if self._lesson is None and touching:
+                if not self._at_rest:
+                    raise InputError(
+                        "expected frames at rest before it, found none; let go, and try again"
+                    )
+                remove(self._partial)
+                self._partial.mkdir(parents=True)
+                rates = self._fps_hz, self._sample_rate_hz
+                self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
+            goes_on = self._lesson is None or self._lesson.add(picture, filled)
+            if self._ending or not goes_on:
+                self.end()
 
-    def hear(self, time_s: float, samples: Response) -> None:
+    def hear(self, time_s: float, samples: touch.Response) -> None:
         """Take in sound, (n, channel), the first sample taken at a time on the video's clock, s."""
         if self._lesson is not None:
-            try:
-                with naming(self._partial):
-                    self._lesson.hear(time_s, samples[:, -1:])
-            except (InputError, OSError) as error:
-                self._forget(str(error))
+            with self._forgetting_faults():
+                self._lesson.hear(time_s, samples[:, -1:])
 
     def end(self) -> None:
         """End the lesson that runs, if any, and learn from it."""
         lesson = self._lesson
-        try:
+        with self._forgetting_faults():
             if lesson is not None:
-                with naming(self._partial):
-                    lesson.close()
+                lesson.close()
                 if len(lesson.runs) < LEAST:
                     raise InputError(
                         f"expected {LEAST} runs of frames in a touch, without {EDGE_S:g} s at "
@@ -374,8 +361,6 @@ class Lessons:
                 self._keep(lesson)
             elif self._ending:
                 raise InputError("expected a touch, found none; begin again, and slide")
-        except (InputError, OSError) as error:
-            self._forget(str(error))
 
     def _keep(self, lesson: _Lesson) -> None:
         """Let a lesson's files be a recording, and learn from it."""
@@ -389,15 +374,15 @@ class Lessons:
         self._partial.rename(self._folder / place)
         first, last, runs = zip(*lesson.runs, strict=True)
         zero_s = lesson.zero_s + lesson.period_s / 2  # frames lie between the edges
-        video = (place / VIDEO).as_posix()
+        video = (place / layouts.VIDEO).as_posix()
         entry: dict[str, Any] = {"video": video, "texture": name, "repetition": place.name}
         entry |= {"steady_s": [round(first[0] - zero_s, 6), round(last[-1] - zero_s, 6)]}
-        entry |= {"audio": (place / AUDIO).as_posix()} if self._sample_rate_hz else {}
+        entry |= {"audio": (place / layouts.AUDIO).as_posix()} if self._sample_rate_hz else {}
         entry |= {} if speed_mm_s is None else {"speed_mm_s": speed_mm_s}
         if not (self._folder / SENSOR).exists():
             write_text(self._folder / SENSOR, sensor_toml(self._sensor))
         content = self._content | {"recordings": [*listed, entry]}
-        write_json(self._folder / SESSION_FILE, content)
+        write_json(self._folder / session_file.SESSION_FILE, content)
         self._content = content
         labels = {dims.TEXTURE: name, "name": str(place), dims.SPEED: speed_mm_s or math.nan}
         of_sample, times = SOURCE.encoding.sample_dims, (np.array(first), np.array(last))
@@ -406,11 +391,16 @@ class Lessons:
         again = f", the touch of number {n}" if n > 1 else ""
         self._stand_by(f"'{name}' was learnt from {last[-1] - first[0]:.1f} s{again}")
 
-    def _forget(self, why: str) -> None:
-        """Let a lesson be none, and report why."""
-        name = self._requested[0] if self._requested else ""
-        remove(self._partial)
-        self._stand_by(f"'{name}' was not learnt: {why}")
+    @contextmanager
+    def _forgetting_faults(self) -> Iterator[None]:
+        """Let a lesson that can't be recorded or learnt from be none, and report why."""
+        try:
+            with naming(self._partial):
+                yield
+        except (InputError, OSError) as error:
+            name = self._requested[0] if self._requested else ""
+            remove(self._partial)
+            self._stand_by(f"'{name}' was not learnt: {error}")
 
     def _stand_by(self, what: str) -> None:
         """Wait for the next lesson, and report what became of the last."""

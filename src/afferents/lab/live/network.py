@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from afferents.channels import find_channel
 from afferents.encodings.base import ImageStream
-from afferents.encodings.frames import ImageEncoding
+from afferents.encodings.images import ImageEncoding
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, parse_card, tensor_names

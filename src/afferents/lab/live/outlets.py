@@ -1,17 +1,19 @@
 """Where predictions go: a page, the terminal, JSON lines, Lab Streaming Layer."""
 
 import json
+import math
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from afferents.errors import InputError
+from afferents.lab.live import events, network, replay, terminal
 from afferents.lab.live.control import set_rest_on_request
-from afferents.lab.live.events import Begin, Source, close_afterwards
 from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.replay import Played
-from afferents.lab.live.terminal import show
+from afferents.lab.live.sources import find_sensor, open_sources
+from afferents.markers.sensor import load_sensor
 from afferents.plugins import import_extra
 
 SHORT = (
@@ -43,12 +45,12 @@ def publish(
     """
     pylsl = import_extra("lsl", "--lsl", "pylsl")
     numbers: dict[str, Any] = {}
-    given: dict[str, tuple[str, ...]] = {}
+    given: dict[str, list[str]] = {}
 
-    def open_numbers(name: str, several: Sequence[str]) -> None:
-        if not several or given.get(name) == tuple(several):
+    def open_numbers(name: str, several: list[str]) -> None:
+        if not several or given.get(name) == several:
             return
-        given[name] = tuple(several)  # more may be taught later
+        given[name] = several  # more may be taught later
         described = pylsl.StreamInfo(
             f"{PROBABILITIES} {name}", "Touch", len(several), 0, "float32", f"afferents-{name}"
         )
@@ -61,15 +63,50 @@ def publish(
     for name, several in textures.items():
         described = f"{MESSAGES} {name}", "Markers", 1, 0, "string", f"afferents-{name}-json"
         messages[name] = pylsl.StreamOutlet(pylsl.StreamInfo(*described))
-        open_numbers(name, several)
-    nothing = float("nan")
+        open_numbers(name, list(several))
     for prediction in predictions:
-        open_numbers(prediction.model, tuple(prediction.evidence))
+        open_numbers(prediction.model, list(prediction.evidence))
         if outlet := numbers.get(prediction.model):
             known = prediction.probabilities
-            outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
+            outlet.push_sample([known.get(texture, math.nan) for texture in prediction.evidence])
         messages[prediction.model].push_sample([json.dumps(prediction.to_dict())])
         yield prediction
+
+
+def open_pipeline(
+    model: Sequence[Path],
+    video: str | None,
+    audio: str | None,
+    sensor: str | None,
+    speed: float,
+    fps_hz: float | None,
+    exposure_ms: float | None,
+    audio_offset_s: float,
+) -> tuple[Sequence[events.Source], LivePipeline]:
+    """Open sources, and make what is to be run on them: models, or a look at what comes in.
+
+    Parameters
+    ----------
+    model
+        ONNX files; none to look only. They carry sensor and frame rate.
+    video, audio, speed, fps_hz, exposure_ms
+        As for `sources.open_sources`.
+    sensor
+        Sensor file or name; None to find the markers.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, source or sensor, or they don't go together.
+    """
+    if model:
+        networks = [network.Network(path) for path in model]
+        pipeline = LivePipeline.with_models(networks, audio_offset_s)
+        return open_sources(video, audio, pipeline.wanted, speed, exposure_ms), pipeline
+    known = find_sensor(video, load_sensor(sensor) if sensor else None, fps_hz)
+    wanted = events.Wanted(sensor=known, fps_hz=fps_hz)
+    sources = open_sources(video, audio, wanted, speed, exposure_ms, fps_hz)
+    return sources, LivePipeline.without_models(sources, known, audio_offset_s)
 
 
 Address = tuple[str, int, str | None]
@@ -77,7 +114,7 @@ Address = tuple[str, int, str | None]
 
 
 def give_out(
-    sources: Sequence[Source],
+    sources: Sequence[events.Source],
     pipeline: LivePipeline,
     web: Address | None = None,
     lsl: bool = False,
@@ -130,12 +167,12 @@ def give_out(
         for source in recorded:
             source.rewind()
         for channel, stream in pipeline.by_channel.items():
-            stream.begin(Begin(channel, 0.0))
+            stream.begin(events.Begin(channel, 0.0))
         return give()
 
-    recorded = [source for source in sources if isinstance(source, Played)]
+    recorded = [source for source in sources if isinstance(source, replay.Played)]
     listening = set_rest_on_request(pipeline.set_rest, control, pipeline.lessons)
-    with close_afterwards(sources), listening:
+    with events.close_afterwards(sources), listening:
         check_sources(sources, pipeline)  # before anything is opened for the predictions
         if web is not None:
             from afferents.lab.live.web.server import serve
@@ -147,6 +184,6 @@ def give_out(
             for _ in give():
                 pass
         else:
-            show(give(), pipeline)
+            terminal.show(give(), pipeline)
         if web is None and not is_fresh:
             raise InputError(trouble)

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING, Self
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.lab.live import events
-from afferents.lab.live.audio_stream import AudioStream
-from afferents.lab.live.mailbox import Mailbox, take_in_order
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.raster import MarkerRaster, Trains, VibrationRaster, compile_units
 from afferents.lab.live.reporters import Reporter
-from afferents.lab.live.sensor_stream import SILENT_S, SensorStream
-from afferents.lab.live.video_stream import VideoStream
+from afferents.lab.live.streams import SILENT_S, AudioStream, SensorStream, VideoStream
 from afferents.markers.sensor import Sensor
-from afferents.recordings.frame_rate import RATE_TOLERANCE
+from afferents.recordings.check import RATE_TOLERANCE
 
 if TYPE_CHECKING:  # what learns is slow to import
     from afferents.lab.live.lessons import Lessons
@@ -245,7 +242,7 @@ def run(sources: Sequence[events.Source], pipeline: LivePipeline) -> Iterator[Pr
         for source in used:
             streams[source.channel].start(source.speed)
         if any(math.isfinite(source.speed) for source in used):
-            mailbox = Mailbox()
+            mailbox = events.Mailbox()
             for source in used:
                 mailbox.take_from(source)
             for event in mailbox.take(SILENT_S / 5):
@@ -256,7 +253,7 @@ def run(sources: Sequence[events.Source], pipeline: LivePipeline) -> Iterator[Pr
                 for channel, stream in streams.items():
                     yield from stream.break_silence(mailbox.last_s.get(channel))
         else:
-            for event in take_in_order(used):
+            for event in events.take_in_order(used):
                 yield from pipeline.feed(event)
         for stream in streams.values():
             yield from stream.end()

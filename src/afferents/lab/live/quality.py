@@ -185,41 +185,30 @@ class VideoQuality(Quality):
         """Return them in words, for people."""
         numbers, light, figures = self.numbers, self._light, list[Figure]()
 
-        def add(name: str, value: str, is_wrong: bool, issue: str) -> None:
+        def add(name: str, value: str, issue: str = "", is_wrong: bool = True) -> None:
             figures.append(Figure(name, value, issue if is_wrong else ""))
 
         if (rate_hz := numbers.get("fps_hz")) is not None:
             expected = f"the {self._rate_hz:g} a second that were expected."
             slow = f"Frames come more slowly than {expected}"
-            add("frame rate", f"{rate_hz:.1f} frames/s", rate_hz < SLOW * self._rate_hz, slow)
+            add("frame rate", f"{rate_hz:.1f} frames/s", slow, rate_hz < SLOW * self._rate_hz)
         if (lost := numbers.get("lost")) is not None:
             n, gone = int(numbers["n_markers"]), int(numbers["n_lost"])
-            many = (
-                f"Markers lost for more than half of the last second: {gone} of {n} (hidden, cut "
-                "by the rim, or no markers)."
-            )
-            figures.append(Figure("markers", f"{n - gone} of {n}"))
-            add("lost", f"{lost:.1%} of positions", lost > MANY_LOST, many)
+            many = f"Markers lost for more than half of the last second: {gone} of {n} (hidden, "
+            many += "cut by the rim, or no markers)."
+            add("markers", f"{n - gone} of {n}")
+            add("lost", f"{lost:.1%} of positions", many, lost > MANY_LOST)
         if (off_px := numbers.get("rest_off_px")) is not None:
-            off = (
-                f"Markers stand still {off_px:.1f} px off rest: if nothing touches the skin, set "
-                "rest again (z)."
-            )
-            add("off rest", f"{off_px:.1f} px", True, off)
+            off = f"Markers stand still {off_px:.1f} px off rest: if nothing touches the skin, "
+            add("off rest", f"{off_px:.1f} px", f"{off}set rest again (z).")
         if (share := numbers.get("repeated")) is not None:
-            repeated = (
-                "Frames seem to repeat the one before: RA-I is near 0 there, and too large in the "
-                "next."
-            )
-            add("repeated frames", f"{share:.0%}", share > MANY_REPEATED, repeated)
+            again = "Frames seem to repeat the one before: RA-I is near 0 there, and too large in "
+            add("repeated frames", f"{share:.0%}", f"{again}the next.", share > MANY_REPEATED)
         if light is not None:
             issues = find_light_issues(light)
             grey = f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}"
-            figures += [
-                Figure("grey levels", grey, issues.get("faint", "")),
-                Figure("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", "")),
-            ]
+            add("grey levels", grey, issues.get("faint", ""))
+            add("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", ""))
             if math.isfinite(light.edge_px):
-                width = f"{light.edge_px:.1f} px wide"
-                figures.append(Figure("edges", width, issues.get("blurred", "")))
+                add("edges", f"{light.edge_px:.1f} px wide", issues.get("blurred", ""))
         return figures

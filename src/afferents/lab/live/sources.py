@@ -4,19 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.lab.live.events import Source, Wanted, close_afterwards
-from afferents.lab.live.follower import FOUND
-from afferents.lab.live.replay import Pace, ReplayedSound, ReplayedVideo, require_recording
-from afferents.lab.live.rig_show import RigShow, RigSound, RigVideo
-from afferents.lab.live.sensors import Camera, Microphone
-from afferents.markers.calibrate import calibrate_from_clips
+from afferents.lab.live import events, follower, replay, rig_show, sensors
+from afferents.markers import calibrate, track
 from afferents.markers.sensor import Sensor, load_sensor
-from afferents.markers.track import ordered_rest
 from afferents.recordings.audio import WavFile
 from afferents.recordings.layouts import AUDIO, VIDEO, find_video, make_clip, session_around
 from afferents.recordings.media import is_image_folder
-from afferents.rig.config import Rig
-from afferents.rig.sensor_rig import make_rig
+from afferents.rig import config, sensor_rig
 from afferents.store.recording import Video
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file, rig or rig:g/50"
@@ -30,11 +24,11 @@ RIG_SENSOR = "tip_b"
 def open_sources(
     video: str | None,
     audio: str | None,
-    wanted: Wanted,
+    wanted: events.Wanted,
     speed: float = 1.0,
     exposure_ms: float | None = None,
     fps_hz: float | None = None,
-) -> Sequence[Source]:
+) -> Sequence[events.Source]:
     """Open what models classify by, or what is shown without them.
 
     Parameters
@@ -58,8 +52,8 @@ def open_sources(
     InputError
         If a name is none of these, or what it names is not there.
     """
-    opened: list[Source] = []
-    pace, shows = Pace(speed), dict[str, RigShow]()
+    opened: list[events.Source] = []
+    pace, shows = replay.Pace(speed), dict[str, rig_show.RigShow]()
     try:
         if "video" in wanted.channels and video is not None:
             kind, name = _split(video)
@@ -68,29 +62,29 @@ def open_sources(
                 size: tuple[int | None, int | None] = (None, None)
                 if sensor is not None:  # at the size of pictures that its file holds for
                     size = (sensor.width or 640, sensor.height or 480)
-                opened.append(Camera(name or "0", wanted.fps_hz, *size, exposure_ms))
+                opened.append(sensors.Camera(name or "0", wanted.fps_hz, *size, exposure_ms))
             elif kind == "replay":
-                opened.append(ReplayedVideo(_open_clip(name, fps_hz), pace))
+                opened.append(replay.ReplayedVideo(_open_clip(name, fps_hz), pace))
             elif kind == "rig":
-                rig = None if wanted.sensor is None else make_rig(wanted.sensor)
-                opened.append(RigVideo(shows.setdefault(name, _make_show(name, rig))))
+                rig = None if wanted.sensor is None else sensor_rig.make_rig(wanted.sensor)
+                opened.append(rig_show.RigVideo(shows.setdefault(name, _make_show(name, rig))))
             else:
                 raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'{_GONE}")
         if "audio" in wanted.channels and audio is not None:
             kind, name = _split(audio)
             if kind == "mic":
                 rate_hz, n_channels = wanted.sample_rate_hz, wanted.n_channels
-                opened.append(Microphone(name or "default", rate_hz, n_channels))
+                opened.append(sensors.Microphone(name or "default", rate_hz, n_channels))
             elif kind == "replay":
-                path = require_recording(Path(name), AUDIO)
+                path = replay.require_recording(Path(name), AUDIO)
                 channel = session_around(path)[0].channel  # that its session names; else the last
-                opened.append(ReplayedSound(WavFile(path, channel), pace))
+                opened.append(replay.ReplayedSound(WavFile(path, channel), pace))
             elif kind == "rig":
-                opened.append(RigSound(shows[name] if name in shows else _make_show(name)))
+                opened.append(rig_show.RigSound(shows[name] if name in shows else _make_show(name)))
             else:
                 raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'{_GONE}")
     except BaseException:
-        with close_afterwards(opened):
+        with events.close_afterwards(opened):
             raise
     return opened
 
@@ -126,8 +120,8 @@ def find_sensor(
     if kind != "replay":
         return sensor
     clip = _open_clip(name, fps_hz)
-    sensor = sensor or calibrate_from_clips(clip, FOUND).sensor
-    ordered_rest(clip, sensor)
+    sensor = sensor or calibrate.calibrate_from_clips(clip, follower.FOUND).sensor
+    track.ordered_rest(clip, sensor)
     return sensor
 
 
@@ -143,12 +137,13 @@ def _open_clip(name: str, fps_hz: float | None) -> Video:
     """Return a file's pictures, or those of a recording's folder, at the rate its session says."""
     path = Path(name)
     if not is_image_folder(path):
-        path = (find_video(path) if path.is_dir() else None) or require_recording(path, VIDEO)
+        found = find_video(path) if path.is_dir() else None
+        path = found or replay.require_recording(path, VIDEO)
     declared, own_hz = session_around(path)
     return make_clip(path, declared, fps_hz or own_hz)
 
 
-def _make_show(name: str, rig: Rig | None = None) -> RigShow:
+def _make_show(name: str, rig: config.Rig | None = None) -> rig_show.RigShow:
     """Read ``TEXTURE/SPEED``, ``TEXTURE`` or nothing; the rig is that of the models' sensor."""
     texture, _, speed = name.partition("/")
     try:
@@ -159,4 +154,4 @@ def _make_show(name: str, rig: Rig | None = None) -> RigShow:
         ) from None
     if speed_mm_s is not None and not 0 < speed_mm_s <= 500:
         raise InputError(f"rig: expected a speed above 0 and up to 500 mm/s, found {speed}")
-    return RigShow(texture or None, speed_mm_s, rig=rig)
+    return rig_show.RigShow(texture or None, speed_mm_s, rig=rig)

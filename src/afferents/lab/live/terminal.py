@@ -14,12 +14,11 @@ from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
-from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest, Prediction
 from afferents.lab.live.reporters import ModelReporter
+from afferents.lab.live.streams import AudioStream, VideoStream
 from afferents.lab.live.touch import Pixels, colour_image
-from afferents.lab.live.video_stream import VideoStream
 
 EVERY_S = 0.1
 """Time between two pictures."""

@@ -123,12 +123,12 @@ class Touch:
         """Which markers were found, (marker,)."""
         return np.isfinite(self.seen[:, 0])
 
-    @property
+    @cached_property
     def lost(self) -> float:
         """Share of the markers that were not found."""
         return 1 - np.count_nonzero(self.detected) / len(self.detected)
 
-    @property
+    @cached_property
     def touching(self) -> bool:
         """Whether something touches the skin: more markers are off rest than tracking moves."""
         distance = self.now.distance

@@ -7,7 +7,6 @@ or Foxglove's RawAudio. Times are those of the messages' headers, else those of 
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,28 +31,6 @@ _LOST_S, _LOST_UNSTAMPED_S = 0.02, 0.1
 _DRIFT = 5e-4
 """A sound card's clock may be off by this share."""
 JPEG = b"\xff\xd8"
-
-
-@dataclass(frozen=True)
-class Bag:
-    """Which part of a bag is wanted.
-
-    Attributes
-    ----------
-    path
-        Of the bag.
-    image, audio
-        Topics; None for the only one of its kind (sound may be lacking).
-    audio_rate_hz, audio_channels
-        Of sound whose messages do not state it; None for what an AudioInfo states, else 44100
-        and 1.
-    """
-
-    path: Path
-    image: str | None = None
-    audio: str | None = None
-    audio_rate_hz: int | None = None
-    audio_channels: int | None = None
 
 
 class ImportedFiles(NamedTuple):
@@ -82,8 +59,23 @@ class ImportedFiles(NamedTuple):
     sequence: NDArray[np.int64] | None = None
 
 
-def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
-    """Write what is wanted of a bag into a folder.
+def extract_files(
+    path: Path,
+    folder: Path,
+    image: str | None = None,
+    audio: str | None = None,
+    audio_rate_hz: int | None = None,
+    audio_channels: int | None = None,
+) -> ImportedFiles:
+    """Write pictures and sound of a bag into a folder.
+
+    Parameters
+    ----------
+    image, audio
+        Topics; None for the only one of its kind (sound may be lacking).
+    audio_rate_hz, audio_channels
+        Of sound whose messages do not state it; None for what an AudioInfo states, else 44100
+        and 1.
 
     Raises
     ------
@@ -91,21 +83,25 @@ def extract_files(bag: Bag, folder: Path) -> ImportedFiles:
         If the bag can't be read, lacks the topics, or holds what is no picture or sound, or not
         the whole of it.
     """
-    store, path = ros.typestore(), bag.path
+    store = ros.typestore()
     from rosbags.highlevel import AnyReader
 
     what = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag) that can be read to its end"
     with reading(path, what), AnyReader([path], default_typestore=store) as reader:
-        pictures = _choose_topic(reader, path, _PICTURES, bag.image, "--image-topic", "pictures")
-        sounds = _choose_topic(reader, path, _SOUNDS, bag.audio, "--audio-topic", "sound")
+        pictures = _choose_topic(reader, path, _PICTURES, image, "--image-topic", "pictures")
+        sounds = _choose_topic(reader, path, _SOUNDS, audio, "--audio-topic", "sound")
         if pictures is None:
             there = ", ".join(sorted(reader.topics)) or "no topic"
             raise InputError(f"{path}: expected a topic of pictures, found {there}")
-        video, audio = folder / "video.mp4", folder / "audio.wav"
+        video, heard = folder / "video.mp4", folder / "audio.wav"
         time_s = np.array(_write_video(reader, pictures, path, video))
-        start_s = _write_sound(reader, sounds, bag, audio) if sounds else float(time_s[0])
-        heard = audio if sounds else None
-        return ImportedFiles(video, heard, time_s, start_s, path, {"bag": str(path)})
+        origin = {"bag": str(path)}
+        if sounds is None:
+            return ImportedFiles(video, None, time_s, float(time_s[0]), path, origin)
+        rate_hz, channels = _read_sound_info(reader, path)
+        stated = audio_rate_hz or rate_hz, audio_channels or channels
+        start_s = _write_sound(reader, sounds, path, heard, *stated)
+        return ImportedFiles(video, heard, time_s, start_s, path, origin)
 
 
 def _choose_topic(
@@ -170,12 +166,10 @@ def _read_picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes
     data = np.asarray(message.data, np.uint8)
     if hasattr(message, "format"):
         content = data.tobytes()
-        if not content.startswith(JPEG):
+        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+        if picture is None or not content.startswith(JPEG):
             found = f"'{message.format}'"
             raise InputError(f"{path}: expected compressed pictures that are JPEGs, found {found}")
-        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
-        if picture is None:
-            raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
         return "MJPG", (picture.shape[1], picture.shape[0]), content
     width, height = int(message.width), int(message.height)
     rows = data[: height * message.step].reshape(height, message.step)
@@ -190,15 +184,22 @@ def _read_picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes
     return "GREY", (width, height), grey.tobytes()
 
 
-def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
-    """Write sound as 16-bit wav; return when its first sample was taken, s."""
-    rate_hz, channels = (0, 0) if connection.msgtype == ros.SOUND else _read_sound_info(reader, bag)
+def _write_sound(
+    reader: Any, connection: Any, path: Path, target: Path, rate_hz: int, channels: int
+) -> float:
+    """Write sound as 16-bit wav; return when its first sample was taken, s.
+
+    Parameters
+    ----------
+    rate_hz, channels
+        Of sound whose messages do not state it.
+    """
     blocks, came_s, heard_s = [], [], [0.0]
     for at_s, message in _read_messages(reader, connection):
         if connection.msgtype == ros.SOUND:
             if message.format != ros.PCM:
                 raise InputError(
-                    f"{bag.path}: expected sound of format '{ros.PCM}', found '{message.format}'"
+                    f"{path}: expected sound of format '{ros.PCM}', found '{message.format}'"
                 )
             rate_hz, channels = int(message.sample_rate), int(message.number_of_channels)
         content = getattr(message, "audio", message).data
@@ -206,14 +207,14 @@ def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
         if len(values) % (2 * channels):
             expected = f"16-bit samples of {channels} channel(s)"
             raise InputError(
-                f"{bag.path}: expected {expected}, found {len(values)} bytes in {connection.topic}"
+                f"{path}: expected {expected}, found {len(values)} bytes in {connection.topic}"
             )
         blocks.append(values.view("<i2").reshape(-1, channels))
         came_s.append(at_s)
         heard_s.append(heard_s[-1] + len(blocks[-1]) / rate_hz)
     if not blocks:
-        raise InputError(f"{bag.path}: expected sound in {connection.topic}, found no message")
-    _require_whole(np.array(came_s) - came_s[0], np.array(heard_s[:-1]), connection, bag.path)
+        raise InputError(f"{path}: expected sound in {connection.topic}, found no message")
+    _require_whole(np.array(came_s) - came_s[0], np.array(heard_s[:-1]), connection, path)
     soundfile.write(target, np.concatenate(blocks), rate_hz, "PCM_16", format="WAV")
     return came_s[0]
 
@@ -240,8 +241,8 @@ def _require_whole(
         )
 
 
-def _read_sound_info(reader: Any, bag: Bag) -> tuple[int, int]:
-    """Return rate, Hz, and channels of sound: as requested, else as an AudioInfo states."""
+def _read_sound_info(reader: Any, path: Path) -> tuple[int, int]:
+    """Return rate, Hz, and channels of sound, as an AudioInfo states; else the usual."""
     rate_hz, channels = _USUAL_HZ, 1
     for connection in reader.connections:
         if connection.msgtype == ros.ROS_SOUND_INFO:
@@ -250,7 +251,7 @@ def _read_sound_info(reader: Any, bag: Bag) -> tuple[int, int]:
                 for found, known in formats:
                     if found not in known:
                         expected = "sound as 16-bit samples, S16LE"
-                        raise InputError(f"{bag.path}: expected {expected}, found '{found}'")
+                        raise InputError(f"{path}: expected {expected}, found '{found}'")
                 rate_hz, channels = int(info.sample_rate), int(info.channels)
                 break
-    return bag.audio_rate_hz or rate_hz, bag.audio_channels or channels
+    return rate_hz, channels

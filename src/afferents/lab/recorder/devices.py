@@ -14,7 +14,6 @@ from afferents.lab.devices import base
 from afferents.lab.devices.base import DeviceError, MicrophoneSettings
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.plan import RecordingPlan
-from afferents.lab.writers import HEADER_BYTES, SAMPLE_BYTES
 
 SIMULATED = "simulated"
 """Kind of the devices of a dry run."""
@@ -24,8 +23,6 @@ PLUGGED_IN_S = 60.0
 """A device that went away is waited for this time, s,"""
 AGAIN_S = 1.0
 """and tried this often."""
-_LONGEST_BYTES = 0xFFFFFFFF - HEADER_BYTES
-"""A wav holds its length in 32 bits."""
 
 
 class Clock:
@@ -172,7 +169,7 @@ def open_devices(devices: Devices, plan: RecordingPlan, path: Path) -> Iterator[
     ------
     InputError
         If one can't be opened or set, or a speed is outside the drive's limits, or the plan wants
-        a channel that is not there or runs longer than a wav can be.
+        a channel that is not there.
     """
     with ExitStack() as stack:
         stack.enter_context(devices.camera)
@@ -183,13 +180,6 @@ def open_devices(devices: Devices, plan: RecordingPlan, path: Path) -> Iterator[
                 raise InputError(
                     f"{path}: expected sensor_channel below {sound.channels}, as the microphone "
                     f"has channels, found {channel}"
-                )
-            longest_s = _LONGEST_BYTES / (sound.rate_hz * sound.channels * SAMPLE_BYTES)
-            if plan.total_s > longest_s:
-                raise InputError(
-                    f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav "
-                    f"of this sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs "
-                    "and more repetitions"
                 )
         stack.enter_context(devices.drive)
         for speed in plan.speeds_mm_s:

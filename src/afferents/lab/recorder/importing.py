@@ -17,9 +17,7 @@ from afferents import files
 from afferents.documents import read_json
 from afferents.errors import InputError, reading
 from afferents.files import Place, write_json
-from afferents.lab.recorder.bags import Bag, ImportedFiles, extract_files
-from afferents.lab.recorder.gate import Check, check_frames, count_frames
-from afferents.lab.recorder.plan import FASTEST_MM_S, Tolerance, require_texture
+from afferents.lab.recorder import bags, gate, plan
 from afferents.lab.recorder.session import RUN, require_same_rates
 from afferents.lab.writers import CONTAINER, TICKS_HZ, TIME_BASE
 from afferents.outputs import writing_alone
@@ -49,7 +47,7 @@ def import_recording(
     audio_topic: str | None = None,
     audio_rate_hz: int | None = None,
     audio_channels: int | None = None,
-) -> list[Check]:
+) -> list[gate.Check]:
     """Bring a recording made elsewhere into a session, with its own time stamps.
 
     Parameters
@@ -93,11 +91,11 @@ def import_recording(
     """
     source, target = Path(video), Path(session)
     try:
-        require_texture(texture)
+        plan.require_texture(texture)
     except ValueError as error:
         raise InputError(f"--texture: expected {error}, found '{texture}'") from None
-    if not 0 < speed_mm_s <= FASTEST_MM_S:
-        expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
+    if not 0 < speed_mm_s <= plan.FASTEST_MM_S:
+        expected = f"a speed above 0 and up to {plan.FASTEST_MM_S:g} mm/s"
         raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
     if not is_bag(source):
         if times is None:
@@ -110,23 +108,23 @@ def import_recording(
         time_s = table[TIME].to_numpy()
         start_s = float(time_s[0]) if audio_start_s is None else audio_start_s
         origin = {"video": str(source), "audio": str(sound or "")}
-        given = ImportedFiles(source, sound, time_s, start_s, source, origin, sequence)
+        given = bags.ImportedFiles(source, sound, time_s, start_s, source, origin, sequence)
         return _write(given, target, texture, speed_mm_s, keep)
     if audio is not None or times is not None:
         raise InputError(
             f"{source}: expected a bag alone, which holds sound and times, found more files"
         )
-    bag = Bag(source, image_topic, audio_topic, audio_rate_hz, audio_channels)
+    wanted = image_topic, audio_topic, audio_rate_hz, audio_channels
     with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
-        given = extract_files(bag, Path(folder))
+        given = bags.extract_files(source, Path(folder), *wanted)
         if audio_start_s is not None:
             given = given._replace(audio_start_s=audio_start_s)
         return _write(given, target, texture, speed_mm_s, keep)
 
 
 def _write(
-    given: ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
-) -> list[Check]:
+    given: bags.ImportedFiles, session: Path, texture: str, speed_mm_s: float, keep: bool
+) -> list[gate.Check]:
     """Write a recording of a session."""
     declared, earlier = _declare(given), dict[str, Any]()
     if (file := session / SESSION_FILE).is_file():
@@ -196,7 +194,7 @@ def _measure_rate(time_s: NDArray[np.float64]) -> float:
     return float(_number_frames(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
-def _check(given: ImportedFiles, keep: bool) -> tuple[Log, list[Check]]:
+def _check(given: bags.ImportedFiles, keep: bool) -> tuple[Log, list[gate.Check]]:
     """Look at the frames; numbers that are missing are worked out from the times."""
     time_s, rate_hz = given.time_s, _measure_rate(given.time_s)
     numbers = _number_frames(time_s) if given.sequence is None else given.sequence
@@ -205,8 +203,8 @@ def _check(given: ImportedFiles, keep: bool) -> tuple[Log, list[Check]]:
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
         for number, at_s in zip(numbers, time_s, strict=True)
     ]
-    counts = count_frames(log, rate_hz, (time_s[-1] - time_s[0]) + 1 / rate_hz)
-    checks = check_frames(counts, Tolerance())
+    counts = gate.count_frames(log, rate_hz, (time_s[-1] - time_s[0]) + 1 / rate_hz)
+    checks = gate.check_frames(counts, plan.Tolerance())
     failed = [f"{check.name}: {check.found}" for check in checks if not check.passes]
     if failed and not keep:
         raise InputError(
@@ -250,7 +248,7 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
                 out.mux(packet)
 
 
-def _write_sound(given: ImportedFiles, target: Path) -> float:
+def _write_sound(given: bags.ImportedFiles, target: Path) -> float:
     """Write the sound so that it and the video count from one moment; return which, s.
 
     Where the sound began after the video, silence stands for what is missing.
@@ -272,7 +270,7 @@ def _write_sound(given: ImportedFiles, target: Path) -> float:
     return float(start_s - missing / rate_hz)
 
 
-def _declare(given: ImportedFiles) -> dict[str, Any]:
+def _declare(given: bags.ImportedFiles) -> dict[str, Any]:
     """Return what `session.json` is to hold on the files; refuse sound outside of all frames."""
     sound: dict[str, Any] = {}
     if given.audio is not None:

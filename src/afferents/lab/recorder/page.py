@@ -11,10 +11,10 @@ from afferents.errors import InputError
 from afferents.lab.devices import base
 from afferents.lab.devices.clock import SampleClock
 from afferents.lab.devices.picture import Picture, decode_picture
-from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.follower import Follower
 from afferents.lab.live.sensors import make_sound
+from afferents.lab.live.streams import AudioStream
 from afferents.lab.live.touch import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.lab.recorder.watch import Watch
@@ -63,11 +63,7 @@ class RecordingPage(Shown):
             elif picture is not None:
                 jpeg = bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
         if camera is not None:
-            video = {
-                "rate_hz": camera.fps_hz,
-                "sensor": self._follower.describe(),
-                "quality": [],
-            }
+            video = {"rate_hz": camera.fps_hz, "sensor": self._follower.describe(), "quality": []}
             if pair and self._touched is not None:
                 video |= {"size": (camera.width, camera.height), **draw_markers(self._touched)}
         state: dict[str, Any] = {

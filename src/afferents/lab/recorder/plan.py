@@ -110,7 +110,7 @@ class RecordingPlan(StrictForm):
     speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)
     repetitions: int = Field(1, ge=1, le=1000)
     sweep: bool = Field(False, exclude_if=lambda given: not given)  # plans agree as before
-    seconds: float = Field(gt=0, le=24 * 3600)
+    seconds: float = Field(gt=0, le=6 * 3600)  # a wav of 44.1 kHz stereo holds no more
     rest_s: float = Field(0.5, ge=0.2, le=600)
     tap_s: float = Field(0.0, ge=0, le=60)
     settle_s: float = Field(1.0, ge=0, le=600)

@@ -10,14 +10,12 @@ from pathlib import Path
 
 from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
+from afferents.lab.recorder import gate, rehearsal, run
 from afferents.lab.recorder.devices import Devices, make_devices, open_devices
-from afferents.lab.recorder.gate import Check, check_run, count_frames
+from afferents.lab.recorder.gate import Check
 from afferents.lab.recorder.plan import Entry, RecordingPlan, read_plan
 from afferents.lab.recorder.preflight import preflight
-from afferents.lab.recorder.rehearsal import Bench, simulate_devices
-from afferents.lab.recorder.run import DiskFullError, RedoRequestedError, Run
 from afferents.lab.recorder.session import AGAIN, RecordedSession
-from afferents.lab.recorder.taps import describe_sound_times, measure_taps
 from afferents.lab.recorder.watch import NEXT, REDO, OnceMoreError, Watch
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.outputs import writing_alone
@@ -181,8 +179,8 @@ def make_recorder(path: Path, dry_run: bool, ask: Ask, watch: Watch | None = Non
         return Recorder(plan, path, sensor, make_devices(plan, path), ask, watch=seen)
     rig = make_rig(sensor).printed(plan.seed)
     plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
-    bench = Bench(rig, plan)
-    devices = simulate_devices(plan, path, bench)
+    bench = rehearsal.Bench(rig, plan)
+    devices = rehearsal.simulate_devices(plan, path, bench)
     return Recorder(plan, path, sensor, devices, None if watch is None else ask, bench, seen)
 
 
@@ -209,7 +207,7 @@ class Recorder:
     sensor: Sensor
     devices: Devices
     ask: Ask | None = None
-    bench: Bench | None = None
+    bench: rehearsal.Bench | None = None
     watch: Watch = field(default_factory=Watch)
     _texture: str = ""
 
@@ -245,10 +243,7 @@ class Recorder:
         todo = [e for e in entries if e.name not in kept.finished or e.name in again]
         if not todo:
             return self._outcome
-        with (
-            writing_alone(session, "record"),
-            open_devices(self.devices, self.plan, self.path),
-        ):
+        with writing_alone(session, "record"), open_devices(self.devices, self.plan, self.path):
             n_done = len(kept.finished - {entry.name for entry in todo})
             self.watch.open(self.devices, self.plan, session, n_done, n_done + len(todo))
             while True:
@@ -354,18 +349,18 @@ class Recorder:
         folder = kept.running(entry)
         try:
             drum = plan.drum(kept.opened, entry.texture)
-            log = Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
+            log = run.Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
             self.watch.say(f"{entry.name}: is it good enough?")
             if self.watch.wants_redo:  # requested after the drive was read last
-                raise RedoRequestedError
+                raise run.RedoRequestedError
         except AfferentsError as error:
             self._put_aside(folder, entry, str(error))
-            if isinstance(error, DiskFullError):
+            if isinstance(error, run.DiskFullError):
                 raise InputError(
                     f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
                     "command then goes on; what is finished is kept"
                 ) from error
-            if not isinstance(error, RedoRequestedError):  # else the drum's positions count on
+            if not isinstance(error, run.RedoRequestedError):  # else the drum's positions count on
                 self.watch.say(f"{entry.name}: waiting for the devices: {error}")
                 before = devices.camera.settings.controls
                 devices.reopen(self.watch.stop_if_requested, self._note)
@@ -380,16 +375,17 @@ class Recorder:
         except BaseException:
             self._put_aside(folder, entry, "stopped while it was recorded")
             raise
-        counts = count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
-        checks = check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
-        taps = measure_taps(folder, plan, self.sensor) if plan.tap_s else None
-        checks += [taps.check] if taps else []
+        counts = gate.count_frames(log, devices.camera.settings.fps_hz, plan.total_s)
+        checks = gate.check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
+        more = gate.describe_sound_times(log, devices.sound)
+        more["camera"] = asdict(devices.camera.settings)
+        if plan.tap_s:
+            check, more["audio_offset"] = gate.measure_taps(folder, plan, self.sensor)
+            checks.append(check)
         why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
         if why:
             self._put_aside(folder, entry, why, checks)
             return why
-        more = describe_sound_times(log, devices.sound, taps)
-        more["camera"] = asdict(devices.camera.settings)
         earlier = kept.accept(folder, entry, checks, counts, more)
         if earlier is not None:
             self._outcome.attempts_aside.append((str(earlier), AGAIN))

@@ -3,13 +3,12 @@
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.documents import as_form
 from afferents.errors import InputError
 from afferents.lab.devices import base
 from afferents.lab.devices.base import Block, CameraSettings, DriveLimits, DriveState, Frame
@@ -166,11 +165,8 @@ def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
     time = [(np.arange(n_rest) + 0.5) / rig.camera.fps_hz]
     place = [np.repeat(run.position_mm[:1], n_rest, axis=0)]
     sound = [np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))]
-    parts = [(rests_s + tapped_s, run)]
-    if tapped_s:
-        taps = tap(rig, texture, speed, tapped_s, TAPS_S, *which)
-        parts.insert(0, (rests_s, taps))
-    for begin_s, part in parts:
+    taps = [(rests_s, tap(rig, texture, speed, tapped_s, TAPS_S, *which))] if tapped_s else []
+    for begin_s, part in (*taps, (rests_s + tapped_s, run)):
         time.append(begin_s + part.time_s)
         place.append(part.position_mm)
         sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
@@ -186,12 +182,6 @@ def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
         np.pad(way_mm, before, "edge"),
         np.pad(run.speed_mm_s, before, "edge"),
     )
-
-
-class SimulatedOptions(base.Options):
-    """A plan may name a device `simulated`, for dry runs alone; there is nothing to set."""
-
-    kind: Literal["simulated"] = "simulated"
 
 
 class _OnBench:
@@ -263,14 +253,10 @@ def simulate_devices(plan: RecordingPlan, path: Path, bench: Bench) -> Devices:
     """Return devices of a dry run; those that a plan names are checked, and stay untouched."""
 
     def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
-        table, where = getattr(plan, name), f"{path}, [{name}]"
-        if table is None:
-            return None
-        if table.get("kind") == SIMULATED:
-            as_form(table, SimulatedOptions, where, "options of simulated")
-        else:
-            make_device(kinds, table, where)
-        return simulated(bench)
+        table = getattr(plan, name)
+        if table is not None and table.get("kind") != SIMULATED:
+            make_device(kinds, table, f"{path}, [{name}]")
+        return None if table is None else simulated(bench)
 
     return Devices(
         stand_in(CAMERAS, "camera", SimulatedCamera),

@@ -251,8 +251,6 @@ def require_same_rates(
     """
     for key in _DECLARED:
         one, other = before.get(key), now.get(key)
-        if one is None or other is None:
-            continue
-        if abs(one - other) <= (0.1 * one if key == "fps_hz" else 0.5):
-            continue
-        raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")
+        most = 0.1 * (one or 0) if key == "fps_hz" else 0.5
+        if one is not None and other is not None and abs(one - other) > most:
+            raise InputError(f"{where}: expected {key} {one:g}, as in {file}, found {other:g}")

@@ -8,7 +8,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -132,17 +132,16 @@ class Watch:
         self._show(sentence)
         before, self._sentence, self._answer = self._sentence, sentence, ""
         self._waiting = True
-        devices = self._devices
-        seen: AbstractContextManager[None] = nullcontext()
-        if devices is not None:
-            self.begin()
-
-            def note(error: Exception) -> None:  # the next run reports what is wrong
-                self.notes.append(f"while waiting: {error}")
-
-            seen = devices.stream(self.take_frame, self.blocks.append, note)
         try:
-            with seen:
+            with ExitStack() as seen:
+                if self._devices is not None:
+                    self.begin()
+
+                    def note(error: Exception) -> None:  # the next run reports what is wrong
+                        self.notes.append(f"while waiting: {error}")
+
+                    streams = self.take_frame, self.blocks.append, note
+                    seen.enter_context(self._devices.stream(*streams))
                 while not self._answer:
                     time.sleep(_LOOK_S)
                     self.stop_if_requested()

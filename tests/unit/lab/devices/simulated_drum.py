@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from afferents.lab.devices.drives.line import frame_line, unframe_line
+from afferents.lab.devices.drives.serial_drive import frame_line, unframe_line
 
 STEP_S = 0.002
 GONE_S = 60.0

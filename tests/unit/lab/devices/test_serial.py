@@ -8,8 +8,7 @@ from simulated_drum import SimulatedDrum, until
 from afferents.errors import InputError
 from afferents.lab.devices import SerialDrive
 from afferents.lab.devices.base import SpeedFromPosition
-from afferents.lab.devices.drives.line import frame_line, unframe_line
-from afferents.lab.devices.drives.template import read_template
+from afferents.lab.devices.drives.serial_drive import frame_line, read_template, unframe_line
 
 pytestmark = pytest.mark.system  # devices keep real time
 

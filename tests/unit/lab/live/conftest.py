@@ -21,12 +21,11 @@ LIVE = ["afferents.cli", "afferents.lab.live.web.server", "afferents.lab.live.re
 
 
 def trained(store, name, folder):
-    from afferents.evaluation.train import Training, train_model  # what needs no model needs none
+    from afferents.evaluation.train import train_model  # what needs no model needs none
     from afferents.models.export import export
 
     (data,) = open_data([str(store)])
-    training = Training(data, MODELS[name], data.encodings, TrainingOptions(preset="quick"))
-    train_model(training, folder / name, QUIET)
+    train_model(data, MODELS[name], folder / name, TrainingOptions(preset="quick"), QUIET)
     export(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 

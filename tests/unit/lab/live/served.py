@@ -11,16 +11,16 @@ from types import SimpleNamespace
 import numpy as np
 
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.web import guard
+from afferents.lab.live.web import application
 from afferents.lab.live.web.server import serve
 
 RATE_HZ = 50
 
 
 def main(files, places):
-    guard.ANSWERED_S = 2.0
+    application.ANSWERED_S = 2.0
     if places:
-        guard.count_places = lambda: places
+        application.count_places = lambda: places
     resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), newest=None, picture=None)

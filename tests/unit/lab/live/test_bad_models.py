@@ -20,7 +20,7 @@ from afferents.lab.live import (
     open_sources,
     stream,
 )
-from afferents.lab.live.sensor_stream import JUMP_S
+from afferents.lab.live.streams import JUMP_S
 from afferents.models.card import METADATA
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session

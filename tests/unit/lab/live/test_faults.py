@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from afferents.lab.live import (
     Trouble,
     stream,
 )
-from afferents.lab.live.mailbox import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
+from afferents.lab.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
 from afferents.lab.live.pipeline import check_sources
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session
@@ -255,9 +256,12 @@ def test_a_slow_listener_is_no_silent_source(models, pictures):
 def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
     mailbox = Mailbox()
     silence = np.zeros((1, 1), np.float32)
-    for i in range(WAITING_SOUNDS + 20):
-        mailbox._put(pictures[i % 40])
-        mailbox._put(Sound(i, silence, 0.0))
+    given = [
+        event
+        for i in range(WAITING_SOUNDS + 20)
+        for event in (pictures[i % 40], Sound(i, silence, 0.0))
+    ]
+    mailbox._pump(SimpleNamespace(events=lambda: given))
     kept = list(mailbox._events)
     newest = [pictures[i % 40] for i in range(WAITING_SOUNDS + 20)][-WAITING_FRAMES:]
     assert [e for e in kept if isinstance(e, CameraFrame)] == newest

@@ -20,7 +20,7 @@ import pytest
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
-from afferents.lab.live.web import guard
+from afferents.lab.live.web import application
 from afferents.lab.live.web.server import one_line_errors
 
 FILES = 64
@@ -285,4 +285,4 @@ def test_what_goes_wrong_is_told_once_in_a_line(capsys):
 )
 def test_places_by_the_files_that_may_be_open(monkeypatch, files, places):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (files, files))
-    assert guard.count_places() == places
+    assert application.count_places() == places

@@ -13,7 +13,7 @@ from afferents import cli, dims
 from afferents.evaluation.data import encode, find_sources, open_data
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
-from afferents.evaluation.train import Training, train_model
+from afferents.evaluation.train import train_model
 from afferents.lab.live import Network, Pace, ReplayedVideo
 from afferents.models.export import export
 from afferents.models.folder import load_model
@@ -60,8 +60,8 @@ def results(store):
 def trained(store, model):
     folder = store.parent / model.name
     (data,) = open_data([str(store)])
-    training = Training(data, model, data.encodings, TrainingOptions(preset="quick"))
-    card = train_model(training, folder, Progress(quiet=True))
+    options = TrainingOptions(preset="quick")
+    card = train_model(data, model, folder, options, Progress(quiet=True))
     export(folder, folder.with_suffix(".onnx"))
     return card
 

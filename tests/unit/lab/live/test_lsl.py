@@ -12,8 +12,7 @@ import pytest
 from afferents.lab.live import Network, Prediction
 from afferents.lab.live.fingertip import stream
 from afferents.lab.live.outlets import publish
-from afferents.lab.live.places import prepare_places
-from afferents.lab.live.signals import UNITS, give_signals
+from afferents.lab.live.signals import UNITS, give_signals, prepare_places
 
 
 def inlet_of(source):

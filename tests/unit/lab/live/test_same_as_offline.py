@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import afferents
 from afferents import dims
 from afferents.channels import CHANNELS
-from afferents.encodings.frames import component_images, tactile_images
+from afferents.encodings.images import component_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
 from afferents.evaluation.data import encode, find_sources
@@ -72,23 +72,17 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
         recording = replace(recording, video=video, audio=None)
     responses = responses_of(recording, sensor)
     assert bool(responses[dims.SA1][sensor.rest_frame :].isnull().any()) == losing
-    offline_by_name = {
-        dims.SA1: tactile_images(fill(responses[dims.SA1])),
-        dims.RA1: tactile_images(fill(responses[dims.RA1])),
-        dims.SA1_VECTOR: component_images(fill(CHANNELS[dims.SA1_VECTOR].response(responses))),
-        dims.RA1_VECTOR: component_images(fill(CHANNELS[dims.RA1_VECTOR].response(responses))),
-    }
-    # Of stored float32 here, of doubles there.
-    others = {dims.SA1_LOCAL}
-    offline_by_name |= {
-        name: np.squeeze(component_images(fill(CHANNELS[name].response(responses))))
-        for name in others
-    }
+    of_doubles = {dims.SA1_LOCAL}  # offline it is of stored float32
+    offline_by_name = {}
+    for name in (dims.SA1, dims.RA1, dims.SA1_VECTOR, dims.RA1_VECTOR, *of_doubles):
+        stored = name in responses
+        response = responses[name] if stored else CHANNELS[name].response(responses)
+        offline_by_name[name] = np.squeeze(component_images(fill(response)))
     for name, live in live_images(recording.video, sensor).items():
         offline = offline_by_name[name]
         assert set(live) == set(range(min(live), len(offline)))
         for i, image in live.items():
-            close = 1e-5 if name in others else 0
+            close = 1e-5 if name in of_doubles else 0
             np.testing.assert_allclose(image, offline[i], rtol=0, atol=close)
 
 

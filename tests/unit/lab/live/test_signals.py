@@ -12,10 +12,16 @@ import pytest
 
 from afferents import load_sensor, track
 from afferents.errors import InputError
-from afferents.lab.live import places
+from afferents.lab.live import signals
 from afferents.lab.live.fingertip import stream
-from afferents.lab.live.places import JsonLines, McapFile, prepare_places
-from afferents.lab.live.signals import UNITS, give_signals, parse_signals
+from afferents.lab.live.signals import (
+    UNITS,
+    JsonLines,
+    McapFile,
+    give_signals,
+    parse_signals,
+    prepare_places,
+)
 
 from ....limits import files_no_larger_than
 from .conftest import LIVE
@@ -149,7 +155,7 @@ def test_a_disk_that_fills_ends_an_mcap_file_that_is_whole(clip, tmp_path, monke
         def write(self, touch, status):
             super().write(touch, status)
             if round(touch.time_s * 90) == FIRST + 9:
-                monkeypatch.setattr(places, "ROOM_BYTES", 1 << 62)
+                monkeypatch.setattr(signals, "ROOM_BYTES", 1 << 62)
 
     bag = tmp_path / "touch.mcap"
     opened = [partial(Fills, tmp_path / "touch.jsonl"), *prepare_places([f"mcap:{bag}"], ())]

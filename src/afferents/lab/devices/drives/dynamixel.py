@@ -110,10 +110,9 @@ class DynamixelDrive(base.Drive):
         self.limits = DriveLimits(step_mm_s, self.options.highest_mm_s)
         atexit.register(self.stop)
         try:
-            for address, value in ((WATCHDOG, 0), (TORQUE, 0), (OPERATING_MODE, BY_SPEED)):
+            prepared = (WATCHDOG, 0), (TORQUE, 0), (OPERATING_MODE, BY_SPEED), (GOAL_SPEED, 0)
+            for address, value in (*prepared, (TORQUE, 1)):
                 self._write(address, value)
-            self._write(GOAL_SPEED, 0)
-            self._write(TORQUE, 1)
         except DeviceError as error:
             self.close()
             raise InputError(

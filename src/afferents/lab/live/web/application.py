@@ -1,38 +1,49 @@
-"""The application of the page: its files, the web socket that feeds it, visitors' requests."""
+"""The application of the page: its files, its web socket, requests, and what a visitor may take.
+
+A visitor that shows no token has one of a few places, and some time.
+"""
 
 import asyncio
 import hmac
-import ipaddress
 import json
-from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import HTTPConnection
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
 from afferents.errors import InputError
+from afferents.lab.live.web.server import Request, is_loopback
 from afferents.lab.live.web.snapshot import Shown
 
 PAGE = Path(str(files("afferents.lab.live.web"))) / "page"
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
 
-Request = Callable[[str, Mapping[str, str]], bool]
-"""Does what a visitor requests, given its details, and returns whether it can be done now; an
-`InputError` says why not."""
+
+PLACES = 64
+"""Connections at a time; a quarter of the files that the process may open, where that is less."""
+ANSWERED_S = 10.0
+"""From the beginning of a connection to the end of its one answer, s."""
+_FULL = b"All places are taken. Try again in a moment.\n"
+_AWAY = (
+    b"HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nConnection: close\r\n"
+    b"Content-Length: %d\r\n\r\n%b" % (len(_FULL), _FULL)
+)
 
 
 def make_application(shown: Shown, host: str, token: str | None, request: Request) -> Any:
     """Return the ASGI application: the page, its files, one web socket, and requests."""
-    from starlette.applications import Starlette
-    from starlette.middleware import Middleware
-    from starlette.middleware.trustedhost import TrustedHostMiddleware
-    from starlette.requests import HTTPConnection
-    from starlette.responses import FileResponse, PlainTextResponse, Response
-    from starlette.routing import Mount, Route, WebSocketRoute
-    from starlette.staticfiles import StaticFiles
-    from starlette.websockets import WebSocket, WebSocketDisconnect
 
     def knows_token(visitor: HTTPConnection) -> bool:
         given = visitor.query_params.get("token") or ""
@@ -121,11 +132,51 @@ def _is_same_origin(visitor: Any) -> bool:
         return False
 
 
-def is_loopback(host: str) -> bool:
-    """Return whether only this machine reaches an address."""
-    if host == "localhost":
-        return True
+def count_places() -> int:
+    """Count the places that there are."""
     try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+        import resource
+    except ImportError:  # Windows, which has no such limit
+        return PLACES
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return PLACES if files == resource.RLIM_INFINITY else min(PLACES, max(1, files // 4))
+
+
+class TimedConnection(H11Protocol):
+    """A connection for one request, answered in time or cut off.
+
+    uvicorn's own limits begin with a whole request. One limit for the whole of it bounds a head
+    that comes a byte a second, a body without end, an answer that is not taken, and a connection
+    on which nothing is sent at all.
+
+    Parameters
+    ----------
+    places
+        Connections at a time.
+    answered_s
+        See `ANSWERED_S`.
+    """
+
+    def __init__(self, places: int, answered_s: float, **uvicorns: Any) -> None:
+        """No visitor is there yet."""
+        super().__init__(**uvicorns)
+        self._places, self._answered_s = places, answered_s
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to count its time, or send it away."""
+        super().connection_made(transport)
+        if len(self.connections) > self._places:
+            transport.write(_AWAY)
+            transport.close()
+
+        def cut() -> None:
+            protocol = self.transport.get_protocol()
+            if not getattr(protocol, "handshake_complete", False):  # else it is a web socket by now
+                self.transport.abort()
+
+        self._end = self.loop.call_later(self._answered_s, cut)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Stop counting."""
+        self._end.cancel()
+        super().connection_lost(exc)

@@ -1,5 +1,6 @@
 """Serving the page while a command runs: predictions, or whatever else is shown."""
 
+import ipaddress
 import logging
 import socket
 import sys
@@ -16,10 +17,12 @@ from afferents.choices import require_number
 from afferents.errors import InputError
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.web.application import Request, is_loopback, make_application
 from afferents.lab.live.web.snapshot import Shown, Snapshots
 from afferents.plugins import import_extra
 
+Request = Callable[[str, Mapping[str, str]], bool]
+"""Does what a visitor requests, given its details, and returns whether it can be done now; an
+`InputError` says why not."""
 WAITING_S = 0.5
 """A page that has nothing new to come sleeps for this time."""
 CLOSING_S = 0.5
@@ -104,7 +107,7 @@ def serve_page(
     token
         Word that visitors must give as `?token=`; None for none.
     request
-        See `application.Request`.
+        See `Request`.
 
     Raises
     ------
@@ -116,12 +119,13 @@ def serve_page(
     import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     import uvicorn  # it and what serves a page take half a second to import
 
-    from afferents.lab.live.web import guard  # of uvicorn's connections
+    from afferents.lab.live.web import application
 
     door = open_door(host, port)
-    connection = partial(guard.TimedConnection, guard.count_places(), guard.ANSWERED_S)
+    limits = application.count_places(), application.ANSWERED_S
+    connection = partial(application.TimedConnection, *limits)
     config = uvicorn.Config(
-        make_application(shown, host, token, request),
+        application.make_application(shown, host, token, request),
         loop="asyncio",
         http=connection,  # type: ignore[arg-type]
         ws="websockets-sansio",
@@ -190,6 +194,16 @@ def check_address(host: str, token: str | None) -> None:
             f"--host: expected this machine's own address without --token, found {host}; add "
             "--token WORD, which visitors must give"
         )
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine reaches an address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 class _OneLine(logging.Handler):

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 
 from afferents.dims import RA1, SA1
-from afferents.lab.live.audio_stream import AudioStream
 from afferents.lab.live.events import CameraFrame
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest
+from afferents.lab.live.streams import AudioStream
 from afferents.lab.live.touch import Filled
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered

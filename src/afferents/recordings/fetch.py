@@ -20,21 +20,14 @@ from afferents.files import Place, checksum, free_bytes, naming, remove
 from afferents.outputs import writing_alone
 from afferents.plugins import import_extra
 from afferents.progress import Mark, Progress
-from afferents.recordings.fetch.listing import (
-    RemoteFile,
-    ask,
-    ask_sizes,
-    format_manifest,
-    import_web,
-    list_files,
-    read_manifest,
-)
+from afferents.recordings import listing
+from afferents.recordings.listing import RemoteFile
 
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
 RETRIES = 4
 """How often a file is requested again whose connection broke, or whose checksum is another."""
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).parent / "public"
 _PIECE = 1 << 16
 
 
@@ -117,11 +110,11 @@ def fetch(
     known, folder = public_sets(), Path(folder)
     if name not in known:
         raise InputError(f"fetch: expected one of {', '.join(known)}, found '{name}'")
-    import_web()
+    listing.import_web()
     listed = None if manifest is None else Path(manifest)
-    files, page = _files_of(known[name], folder, url, listed)
+    files, page = _find_files(known[name], folder, url, listed)
     with Progress(quiet) as progress:
-        files = list(progress.track(ask_sizes(files), "asking for sizes", len(files)))
+        files = list(progress.track(listing.ask_sizes(files), "asking for sizes", len(files)))
         missing = [file for file in files if not (folder / file.path).exists()]
         for sentence in _describe(known[name], files, missing, page, folder):
             progress.note(sentence)
@@ -138,19 +131,21 @@ def fetch(
     return Fetched(folder, len(missing), len(files) - len(missing), n_bytes)
 
 
-def _files_of(
+def _find_files(
     public: PublicSet, folder: Path, url: str | None, manifest: Path | None
 ) -> tuple[list[RemoteFile], str]:
     """Return which files there are, with the checksums that are known, and what lists them."""
     where = page = url or public.url
     listed = manifest or public.manifest
     if listed is None:
-        files = [file for file in list_files(where) if fnmatchcase(file.path, public.only or "*")]
+        files = [
+            file for file in listing.list_files(where) if fnmatchcase(file.path, public.only or "*")
+        ]
     elif public.manifest is None and url is None:
         expected = "--url as well, which says what the paths of the list count from"
         raise InputError(f"--manifest: expected {expected}, found none")
     else:
-        files, page = read_manifest(listed, where), str(manifest or "this package")
+        files, page = listing.read_manifest(listed, where), str(manifest or "this package")
     noted = _read_noted(folder, where)
     known = [(file, noted.get(file.path, file)) for file in files]
     return [
@@ -161,7 +156,7 @@ def _files_of(
 def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
     """Return what is noted of the files in a folder, by path; `url` is what paths count from."""
     path = folder / CHECKSUMS
-    return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
+    return {file.path: file for file in listing.read_manifest(path, url)} if path.is_file() else {}
 
 
 def _describe(
@@ -176,10 +171,10 @@ def _describe(
     sentences = [
         f"{public.title} ({public.page}).",
         f"Licence: {licence}.",
-        f"{len(files)} file(s), {_size_of(files)}, listed by {page}.",
+        f"{len(files)} file(s), {_sum_sizes(files)}, listed by {page}.",
     ]
     if len(missing) < len(files):
-        sentences.append(f"{len(files) - len(missing)} are here; {_size_of(missing)} to fetch.")
+        sentences.append(f"{len(files) - len(missing)} are here; {_sum_sizes(missing)} to fetch.")
     if unknown := sum(file.sha256 is None for file in missing):
         sentences.append(
             f"Of {unknown} no checksum is known: what comes first is trusted, and its checksum "
@@ -188,7 +183,7 @@ def _describe(
     return sentences
 
 
-def _size_of(files: Sequence[RemoteFile]) -> str:
+def _sum_sizes(files: Sequence[RemoteFile]) -> str:
     unknown = sum(file.n_bytes is None for file in files)
     known = decimal(sum(file.n_bytes or 0 for file in files))
     if unknown == 0:
@@ -205,7 +200,7 @@ def _bring_all(files: Sequence[RemoteFile], folder: Path, page: str, progress: P
     )  # fmt: skip
     checksums, noted, done = folder / CHECKSUMS, _read_noted(folder, page), 0
     total = sum(file.n_bytes or 0 for file in files) or len(files)
-    with progress.task("fetching", total) as mark, import_web().Session() as session:
+    with progress.task("fetching", total) as mark, listing.import_web().Session() as session:
         for file in files:
             _bring(file, folder / file.path, pup, partial(_save, session, mark, done, file.path))
             n_bytes = (folder / file.path).stat().st_size
@@ -214,7 +209,7 @@ def _bring_all(files: Sequence[RemoteFile], folder: Path, page: str, progress: P
             if file.path not in noted:
                 whole = replace(file, sha256=checksum(folder / file.path), n_bytes=n_bytes)
                 with naming(checksums), checksums.open("a", encoding="utf-8") as out:
-                    out.write(format_manifest([whole]))
+                    out.write(listing.format_manifest([whole]))
     return done
 
 
@@ -223,7 +218,7 @@ def _save(
 ) -> None:
     """Write what is at an address to a file, as pooch calls it."""
     remove(Path(target))  # pooch made it readable for its owner alone
-    with ask(session, url, stream=True) as answer, Path(target).open("wb") as out:
+    with listing.ask(session, url, stream=True) as answer, Path(target).open("wb") as out:
         for piece in answer.iter_content(_PIECE):
             out.write(piece)
             mark(before + out.tell(), path)
@@ -243,7 +238,7 @@ def _bring(file: RemoteFile, target: Path, pup: Any, save: Any) -> None:
         pup.fetch(file.path, downloader=save)
         if is_here and file.n_bytes not in (None, target.stat().st_size):
             raise ValueError
-    except import_web().RequestException as error:
+    except listing.import_web().RequestException as error:
         raise InputError(
             f"{file.url}: expected the whole file, found a connection that breaks; run the same "
             "command again: it goes on with this file"

@@ -1,26 +1,38 @@
-"""What an NWB file of a session holds, on one clock: units, trials, videos, sound and tracks.
+"""A store as an NWB file, whole or not at all: units, trials, videos, sound, tracks on one clock.
 
 Sound and tracks are large. The file is written without them first; each recording's are then put
 into their places in it, so that one recording at a time is in memory.
 """
 
+import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
+from uuid import uuid4
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.files import safe_names
+from afferents import choices, dims, files
+from afferents.errors import InputError, reading
+from afferents.files import Place
+from afferents.plugins import import_extra
+from afferents.progress import Progress
+from afferents.recordings.data_sets import read_session
 from afferents.recordings.pictures import ImageFolder
-from afferents.spikes.artificial import choose_stretch, end_times
+from afferents.recordings.session import match_recordings
+from afferents.spikes.artificial import artificial_spikes, choose_stretch, end_times
 from afferents.spikes.population import Spikes
 from afferents.spikes.units import RATE_HZ
+from afferents.store import integrity, zarr_store
 from afferents.store.recording import Recording
-from afferents.store.responses import Responses, check_values, conditions
+from afferents.store.responses import Responses, check_values, conditions, textures_of
+from afferents.version import __version__
 
 CAMERA, TRACKS = "camera", "markers"
 _CHUNK = 4096
@@ -43,6 +55,180 @@ _UNITS = {
 }
 _FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
 _TAKEN = ("id", "start_time", "stop_time", "duration_s", "tags", "timeseries")
+_SCRIPT = "afferents export-nwb"
+"""In a file of ours, by which it is known as one."""
+_CLOCK = (
+    "All times are on one clock that counts from the beginning of the first recording. Recordings "
+    f"follow one another on it, at least {GAP_S:g} s apart, by texture and speed: in "
+    "which order and at which time of day they were made is not known. "
+)
+_ARTIFICIAL = (
+    "Units are artificial: neuron models that the fingertip's responses drive (SA and RA by the "
+    "markers in its camera's picture, PC by the vibration). No nerve fibre was recorded."
+)
+
+
+def export_nwb(
+    store: Place,
+    out: Place,
+    session: Place | None = None,
+    model: str = "izhikevich",
+    seed: int = 0,
+    classes: str | Sequence[str] = "SA,RA,PC",
+    sound: bool = True,
+    markers: bool = True,
+    start_time: str | datetime | None = None,
+    force: bool = False,
+    quiet: bool = False,
+) -> Path:
+    """Write a store as an NWB file: spikes of artificial afferents, trials, sound and markers.
+
+    Recordings follow one another on the session's clock. Needs the extra ``nwb``.
+
+    Parameters
+    ----------
+    store
+        A store that 'extract' wrote.
+    out
+        File to write, such as session.nwb.
+    session
+        Session folder that the store was extracted from, to name its videos in the file.
+    model
+        Model of a unit: izhikevich, or lif (leaky integrate-and-fire).
+    seed
+        Draws how units of a class differ.
+    classes
+        Classes of units, some of SA, RA and PC.
+    sound
+        Write the vibration, too.
+    markers
+        Write the marker tracks, too.
+    start_time
+        When the session began, such as 2026-03-31T09:30+02:00; without a zone it is UTC (default:
+        when the store was written).
+    force
+        Overwrite what this command wrote there before (nothing else).
+    quiet
+        No progress bars; plain lines on stderr.
+
+    Returns
+    -------
+    Path
+        Of the file.
+
+    Raises
+    ------
+    InputError
+        If there is no store or half of one, it was extracted from another session, the packages are
+        missing, or another file is there already.
+
+    Examples
+    --------
+    >>> export_nwb("responses.zarr", "session.nwb", session="session")
+    PosixPath('session.nwb')
+    """
+    pynwb = import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
+    import h5py
+
+    store, out = Path(store), Path(out)
+    choices.require_number("--seed", seed, 0, choices.LARGEST_SEED)
+    if out.suffix != ".nwb":
+        raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
+    reads = [store] if session is None else [store, Path(session)]
+    files.require_free(out, _is_exported, force=force, reads=reads)
+    what = "a date and time such as 2026-03-31T09:30+02:00"
+    with reading("--start-time", what, ValueError):
+        began = datetime.fromisoformat(start_time) if isinstance(start_time, str) else start_time
+    if began is not None and began.tzinfo is None:
+        began = began.replace(tzinfo=UTC)
+    recordings = zarr_store.open_whole(store)
+    numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
+    if markers and len(numbers) > 1:  # there is one series a marker
+        found = " and ".join(map(str, sorted(numbers)))
+        raise InputError(
+            f"{store}: expected as many markers in each recording, found {found}; add --no-markers "
+            "and --classes PC"
+        )
+    of_session = {} if session is None else match_recordings(read_session(session), recordings)
+    placed = place_recordings(recordings)
+    with Progress(quiet) as progress:
+        read = progress.track(recordings, "spikes", len(recordings))
+        spikes = artificial_spikes(read, model, seed, choices.words_in(classes))
+        nwbfile = _make_file(store, out, recordings, began, f"{model}, seed {seed}")
+        add_units(nwbfile, spikes, add_trials(nwbfile, spikes, placed))
+        if of_session:
+            add_videos(nwbfile, placed, of_session, out)
+        if sound:
+            add_sounds(nwbfile, placed)
+        if markers:
+            add_tracks(nwbfile, placed)
+        with files.write_aside(out) as partial:
+            # the temporary name has no .nwb, of which there is a warning
+            with warnings.catch_warnings(action="ignore"), pynwb.NWBHDF5IO(str(partial), "w") as io:
+                io.write(nwbfile)
+            frame = 0
+            with h5py.File(partial, "r+") as file:
+                for one in progress.track(placed, "writing", len(placed)):
+                    frame = write_values(file, one, frame)
+    return out
+
+
+def _make_file(
+    store: Path, out: Path, recordings: Sequence[Responses], began: datetime | None, units: str
+) -> Any:
+    """Return an NWB file without data: what was done, with which sensor."""
+    from pynwb import NWBFile
+    from pynwb.file import Subject
+
+    config = zarr_store.store_config(store)
+    simulated = bool(config.get("declared", {}).get("simulated"))
+    textures = textures_of(recordings)
+    written = datetime.fromtimestamp((store / integrity.ROOT).stat().st_mtime, tz=UTC)
+    nwbfile = NWBFile(
+        session_description="A soft tactile fingertip slides over textures"
+        f"{', simulated' if simulated else ''}. {_CLOCK}{_ARTIFICIAL}",
+        identifier=str(uuid4()),
+        session_start_time=began or written,
+        session_id=str(config.get("session", "")) or None,
+        experiment_description=f"{len(recordings)} recordings of {len(textures)} textures: "
+        f"{', '.join(textures)}.",
+        protocol="The fingertip is pressed on a texture, which moves under it at a constant speed. "
+        "A trial is the part of a recording at constant speed.",
+        keywords=["touch", "texture", "tactile fingertip", "artificial afferents"],
+        data_collection=json.dumps(config, default=str),
+        notes=f"Units: {units}."
+        + (" The session start is when the store was written." * (began is None)),
+        source_script=f"{_SCRIPT} {store.name} {out.name}",
+        source_script_file_name=_SCRIPT,
+        was_generated_by=[["afferents", __version__]],
+    )
+    nwbfile.subject = Subject(
+        subject_id="fingertip",
+        description="A soft artificial fingertip; no animal, no person. Its age and sex mean "
+        "nothing: archives of NWB files ask for them.",
+        age="P0D",
+        sex="O",
+    )
+    sensor = config.get("sensor", {})
+    name = sensor.get("name") if isinstance(sensor, dict) else None
+    nwbfile.create_device(
+        name="fingertip",
+        description=f"Soft fingertip with markers inside{f' ({name})' if name else ''}; the sensor "
+        "file is in data_collection.",
+    )
+    nwbfile.create_device(
+        name=CAMERA, description="Films the markers on the inside of the fingertip's skin."
+    )
+    return nwbfile
+
+
+def _is_exported(path: Path) -> bool:
+    """Return whether `export_nwb` wrote a file."""
+    import h5py
+
+    with suppress(OSError, KeyError), h5py.File(path, "r") as file:
+        return bool(file["general/source_script"].attrs["file_name"] == _SCRIPT)
+    return False
 
 
 class Placed(NamedTuple):
@@ -75,7 +261,7 @@ def place_recordings(recordings: Sequence[Responses]) -> list[Placed]:
     counts from the first recording's beginning.
     """
     found, start_s = [], 0.0
-    names = safe_names(str(responses.attrs["name"]) for responses in recordings)
+    names = files.safe_names(str(responses.attrs["name"]) for responses in recordings)
     for responses, name in zip(recordings, names.values(), strict=True):
         found.append(Placed(name, responses, start_s))
         start_s = float(np.ceil(start_s + max(end_times(responses), default=0.0) + GAP_S))
@@ -100,7 +286,9 @@ def add_trials(nwbfile: Any, spikes: Spikes, placed: Sequence[Placed]) -> NDArra
         values = further[name].infer_objects()
         is_numeric = values.dtype.kind in "iufb"
         further[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
-    names = safe_names(map(str, further)).values()  # some of which mean something else in the file
+    names = files.safe_names(
+        map(str, further)
+    ).values()  # some of which mean something else in the file
     further.columns = [f"condition_{one}" if one in _TAKEN else one for one in names]
     table = table.join(further.drop(columns=[name for name in further if name in table]))
     about = {str(name): _TRIALS.get(str(name), "A condition of the recording.") for name in table}
@@ -170,9 +358,9 @@ def add_videos(
         video = recordings[one.responses.attrs["name"]].video
         if video is None or dims.TIME not in one.responses.coords:
             continue
-        files = [video.path]
+        pictures = [video.path]
         if isinstance(video, ImageFolder) and video.path.is_dir():
-            files = [Path(str(file)) for file in video.numbered.values()]
+            pictures = [Path(str(file)) for file in video.numbered.values()]
         steps_s = np.diff(one.frame_times_s)
         clock: dict[str, Any] = {"timestamps": one.frame_times_s}
         if len(steps_s) and np.ptp(steps_s) < _REGULAR_S:  # NWB wants a rate then
@@ -181,8 +369,8 @@ def add_videos(
             ImageSeries(
                 name=f"video_{one.name}",
                 description="Markers on the inside of the skin, as the camera saw them.",
-                external_file=[os.path.relpath(file, out.parent.resolve()) for file in files],
-                starting_frame=list(range(len(files))),
+                external_file=[os.path.relpath(file, out.parent.resolve()) for file in pictures],
+                starting_frame=list(range(len(pictures))),
                 format="external",
                 dimension=[video.width, video.height],
                 unit="n.a.",

@@ -79,18 +79,11 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
         if match is None:
             expected = f"PATH SHA-256 BYTES, or '{UNKNOWN}' for what is not known"
             raise InputError(f"{where}: expected {expected}, found '{line.strip()}'")
-        parts = {
-            name: None if text == UNKNOWN else text for name, text in match.groupdict().items()
-        }
-        name, sha256, n_bytes = (
-            path_within(match["path"], where),
-            parts["sha256"],
-            parts.get("bytes"),
-        )
-        found[name] = RemoteFile(
-            name, urljoin(url.rstrip("/") + "/", quote(name)),
-            sha256 and sha256.lower(), None if n_bytes is None else int(n_bytes),
-        )  # fmt: skip
+        name = path_within(match["path"], where)
+        known = {what: text for what, text in match.groupdict().items() if text != UNKNOWN}
+        sha256, n_bytes = known.get("sha256"), known.get("bytes")
+        at = urljoin(url.rstrip("/") + "/", quote(name))
+        found[name] = RemoteFile(name, at, sha256 and sha256.lower(), n_bytes and int(n_bytes))
     if not found:
         raise InputError(f"{path}: expected a list of files, found none in it")
     return list(found.values())
@@ -171,73 +164,53 @@ def list_files(url: str) -> list[RemoteFile]:
     """
     with import_web().Session() as session:
         if hub := _HUB.fullmatch(url):
-            return list(
-                _on_hub(session, url, hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/"))
-            )
+            base = hub.expand(r"\g<site>/\g<set>/resolve/\g<revision>/")
+            return list(_list_by_api(session, f"{url}?recursive=true", base, "the hub's"))
         if github := _GITHUB.fullmatch(url):
-            return list(
-                _on_github(session, url, github.expand(rf"{RAW}/\g<repository>/\g<revision>/"))
-            )
+            base = github.expand(rf"{RAW}/\g<repository>/\g<revision>/")
+            return list(_list_by_api(session, f"{url}?recursive=1", base, "GitHub's"))
         with ask(session, url, stream=True) as answer:  # which may be a large file
             base = answer.url.rstrip("/") + "/"  # after redirections
-        files = sorted(_in_folders(session, base))
+        files = sorted(_list_folders(session, base))
     if not files:
         expected = "a folder that lists the data set's files"
         raise InputError(f"{url}: expected {expected}, found none in it; {ANY_WAY_ROUND}")
     return [RemoteFile(path_within(unquote(one.removeprefix(base)), url), one) for one in files]
 
 
-def _on_hub(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
-    """Yield the files below a folder, of which the hub lists a thousand a page, with checksums."""
-    page = f"{url}?recursive=true"
+def _list_by_api(session: Any, page: str, base: str, whose: str) -> Iterator[RemoteFile]:
+    """Yield the files that are not hidden of a data set or repository, page by page.
+
+    The hub lists a thousand a page, with SHA-256; GitHub lists all on one, without.
+    """
     while page:
         answer = ask(session, page)
         try:
+            tree = answer.json()
+            is_cut_off = isinstance(tree, dict) and tree["truncated"]
+            tree = tree["tree"] if isinstance(tree, dict) else tree
             listed = [
                 (one["path"], one.get("lfs", {}).get("oid"), one["size"])
-                for one in answer.json()
-                if one["type"] == "file"
+                for one in tree
+                if one["type"] in ("file", "blob")
             ]
         except (ValueError, TypeError, KeyError) as error:
             raise InputError(
-                f"{page}: expected the hub's list of files, found another answer; {ANY_WAY_ROUND}"
+                f"{page}: expected {whose} list of files, found another answer; {ANY_WAY_ROUND}"
             ) from error
-        yield from _served(listed, url, base)
+        if is_cut_off:
+            raise InputError(
+                f"{page}: expected a list of all files, found one that was cut off; clone the "
+                "repository with git instead"
+            )
+        for path, sha256, n_bytes in listed:
+            if not is_hidden(PurePosixPath(path)):
+                within = path_within(path, page)
+                yield RemoteFile(within, base + quote(within), sha256, n_bytes)
         page = answer.links.get("next", {}).get("url")
 
 
-def _on_github(session: Any, url: str, base: str) -> Iterator[RemoteFile]:
-    """Yield the files of a repository, which GitHub lists on one page, without SHA-256."""
-    page = f"{url}?recursive=1"
-    answer = ask(session, page)
-    try:
-        found = answer.json()
-        files = (one for one in found["tree"] if one["type"] == "blob")
-        listed = [(one["path"], None, one["size"]) for one in files]
-        whole = not found["truncated"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise InputError(
-            f"{page}: expected GitHub's list of files, found another answer; {ANY_WAY_ROUND}"
-        ) from error
-    if not whole:
-        raise InputError(
-            f"{page}: expected a list of all files, found one that was cut off; clone the "
-            "repository with git instead"
-        )
-    yield from _served(listed, url, base)
-
-
-def _served(
-    listed: Iterable[tuple[str, str | None, int]], url: str, base: str
-) -> Iterator[RemoteFile]:
-    """Yield the files of a list of paths, SHA-256 and sizes that are not hidden."""
-    for path, sha256, n_bytes in listed:
-        if not is_hidden(PurePosixPath(path)):
-            within = path_within(path, url)
-            yield RemoteFile(within, base + quote(within), sha256, n_bytes)
-
-
-def _in_folders(session: Any, base: str) -> Iterator[str]:
+def _list_folders(session: Any, base: str) -> Iterator[str]:
     """Yield the files in a folder of a web server, and in folders in it, that are not hidden."""
     waiting, seen = [base], {base}
     while waiting:

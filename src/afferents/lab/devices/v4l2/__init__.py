@@ -1,1 +1,0 @@
-"""A camera of Linux, by its own interface."""

@@ -1,1 +1,0 @@
-"""An extracted store as a file of Neurodata Without Borders (NWB)."""
