@@ -6,8 +6,9 @@ import re
 import pytest
 
 from afferents import load_results
+from afferents.choices import flag_of
 from afferents.cli.program import given_in
-from afferents.evaluation.options import EvaluationOptions, TrainingOptions, flag_of
+from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 
 
 def listed(does, *command):
