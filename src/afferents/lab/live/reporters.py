@@ -204,10 +204,17 @@ class ModelReporter(Reporter):
         self, state: State, time_s: float, arrived_s: float | None = None, **found: Any
     ) -> Prediction:
         """Add what the touch so far shows. See `Reporter.predict`."""
-        so_far, most = self._evidence.probabilities, self.card.most_sure
-        if len(so_far) > 1 and (highest := float(so_far.max())) > most:
-            even = 1 / len(so_far)  # none is higher than `most`: all are evened out by so much
-            so_far = even + max(0.0, (most - even) / (highest - even)) * (so_far - even)
+        so_far = limit_confidence(self._evidence.probabilities, self.card.most_sure)
         found["evidence"] = dict(zip(self.textures, so_far.tolist(), strict=True))
-        found["sure_after_s"] = self._evidence.sure_after_s if most >= SURE else None
+        found["sure_after_s"] = self._evidence.sure_after_s if self.card.most_sure >= SURE else None
         return super().predict(state, time_s, arrived_s, **found)
+
+
+def limit_confidence(probabilities: NDArray[np.floating], most: float) -> NDArray[np.floating]:
+    """Return probabilities of which none is higher than `most`, evened out as far as that needs."""
+    highest = float(probabilities.max(initial=0))
+    if highest <= most or len(probabilities) == 1:
+        return probabilities
+    even = 1 / len(probabilities)
+    share = max(0.0, (most - even) / (highest - even))
+    return even + share * (probabilities - even)
