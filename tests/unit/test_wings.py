@@ -63,7 +63,7 @@ def printed_by(code):
 
 @pytest.mark.parametrize(
     ("removed", "left_out"),
-    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.lab.live.web.guard",))],
+    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.lab.live.web.application",))],
 )
 def test_the_package_works_without(removed, left_out):
     code = WITHOUT.format(removed=removed, left_out=("afferents.__main__", *left_out))
