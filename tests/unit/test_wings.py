@@ -37,21 +37,10 @@ print(*sys.modules)
 """
 WINGS = ("afferents.lab", "afferents.neuro", "afferents.robots")
 EXTRAS = (
-    "onnx",
-    "onnxscript",
-    "pyarrow",
-    "skops",
-    "pylsl",
-    "serial",
-    "requests",
-    "dask",
-    "distributed",
-    "h5py",
-    "pynwb",
-    "neo",
-)
-EXTRAS += ("elephant", "rosbags", "rerun")
-EXTRAS += ("onnxruntime", "sounddevice", "starlette", "uvicorn", "websockets")
+    "onnx", "onnxscript", "pyarrow", "skops", "pylsl", "serial", "requests", "dask", "distributed",
+    "h5py", "pynwb", "neo", "elephant", "rosbags", "rerun", "onnxruntime", "sounddevice",
+    "starlette", "uvicorn", "websockets",
+)  # fmt: skip
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 
 
