@@ -28,15 +28,13 @@ def test_models_of_single_frames_stay_as_they_are():
         vary_length(models[:1], (1, 20), Encodings())
 
 
-def test_a_study_goes_to_its_report(stores, tmp_path, run):
+def test_a_study_goes_to_its_report(stores, tmp_path, does):
     out = tmp_path / "r"
-    asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1)
-    code, _, err = run(*asked, "--frames", "2,1", "--held-out", 40, "--out", out, "--quiet")
-    assert code == 0, err
+    asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1, "--quiet")
+    does(*asked, "--frames", "2,1", "--held-out", 40, "--out", out)
     # Another length later joins those that are there.
-    code, printed, err = run(*asked, "--frames", "5,2", "--held-out", 40, "--out", out, "--quiet")
-    assert code == 0, err
-    assert "Accuracy by length of window" in printed
+    said = does(*asked, "--frames", "5,2", "--held-out", 40, "--out", out)
+    assert "Accuracy by length of window" in said
     results = afferents.load_results(out)
     assert results.summary["lengths"]["sa-wave"] == {
         "1": "sa-wave-1", "2": "sa-wave-2", "5": "sa-wave-5",

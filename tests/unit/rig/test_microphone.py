@@ -10,7 +10,6 @@ from afferents.rig import RigMicrophone, Skin
 from afferents.rig.microphone import heard, write_wav
 
 RATE_HZ = 8820.0
-SILENT = RigMicrophone(motor=0, mains=0, noise=0, room_noise=0)
 
 
 def loudness_of(frequency_hz: float) -> float:
