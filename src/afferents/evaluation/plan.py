@@ -1,4 +1,4 @@
-"""What is evaluated: models and options that the data support, and what all trainings go by."""
+"""What is evaluated: models and options that the data support; all trainings share `Evaluation`."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence

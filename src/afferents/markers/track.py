@@ -17,7 +17,7 @@ from afferents.markers.cells import Cells
 from afferents.markers.detect import Positions
 from afferents.markers.grid import Grid
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
+from afferents.markers.windowed import Audit, Renamed, Tracked, WindowedTracker, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, make_grey
@@ -29,7 +29,7 @@ KNOCK_PX = 5.0
 def label_tracks(
     time_s: list[float], tracked: Sequence[Tracked], rest_position: Positions, grid: Grid | None
 ) -> xr.Dataset:
-    """Put names, units and the untracked frames at the start to the arrays.
+    """Return the arrays with names and units, and with the untracked frames at the start.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class Tracker:
     present
         Which markers the rest frame shows, shape (n,); None for all.
     method
-        ``windowed``: centroids in windows round the expected places, see `Windowed`.
+        ``windowed``: centroids in windows round the expected places, see `WindowedTracker`.
         ``one-to-one``: all blobs of every frame; a blob belongs to one marker at most. With both
         a lost marker is NaN and not detected; it is looked for where its neighbours'
         displacement from rest says it is, so it comes back under its own name.
@@ -122,7 +122,7 @@ class Tracker:
         self.grid: Grid | None = None
         self.jump_px, self.audit = 0.0, Audit()
         self.renamed: Renamed | None = None
-        self._windowed: Windowed | None = None
+        self._windowed: WindowedTracker | None = None
         self._expected: Positions | None = None
         if rest_position is not None:
             self._begin(rest_position, rest_image)
@@ -189,12 +189,12 @@ class Tracker:
         self._expected = rest_position.copy()
         self._neighbours = nearest_markers(rest_position)[1]
 
-    def _start(self, image: GreyImage) -> Windowed:
+    def _start(self, image: GreyImage) -> WindowedTracker:
         """Measure the markers in the rest frame, or in the first one for want of it."""
         sensor = self.sensor if self._times == 1 else self.sensor.enlarged()
         position = detect.scaled(self.rest_position, self._times)
         image = detect.enlarged(image, self._times)
-        self._windowed = Windowed(sensor, position, image, self._levels, self._present)
+        self._windowed = WindowedTracker(sensor, position, image, self._levels, self._present)
         self.rest_position = detect.scaled(self._windowed.rest_position, 1 / self._times)
         self.audit = self._windowed.audit
         return self._windowed

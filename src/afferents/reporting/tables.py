@@ -318,7 +318,7 @@ def recordings_table(summary: Summary) -> pd.DataFrame:
 
 
 def touches_table(summary: Summary) -> pd.DataFrame | None:
-    """Return how well touches of equal length are recognised by all models; None of no models."""
+    """Return each model's accuracy on touches of equal length; None where there are no models."""
     found = next(labels.outcomes(summary), None)
     if found is None:
         return None
