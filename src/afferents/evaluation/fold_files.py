@@ -113,23 +113,23 @@ class FoldFacts(FoldKey):
     """`fold.json`: a finished fold, and how its training went."""
 
     seconds: Amount
-    """Of training, testing included."""
+    """Of training and testing."""
     job_seconds: Amount | None = None
-    """The same with what was read and encoded for it."""
+    """The same with reading and encoding."""
     prediction_ms: Amount | None = None
-    """Of one test sample alone, median, ms; of models that can name one alone, under `nested`."""
+    """Of one test sample alone, median, ms; under `nested`."""
     validated_by: Speed | GroupName
-    """The speed that validated, mm/s; with another split the group."""
+    """The speed (mm/s) or group that validated."""
     validation_accuracy: Share
     """Of the weights that were kept."""
     epochs: Count
-    """That were trained; 0 for models that are solved at once."""
+    """Number of epochs; 0 for models solved in one step."""
     best_epoch: Count | None = None
-    """Number, from 1, of the epoch whose weights were kept."""
+    """The epoch whose weights were kept, from 1."""
     history: tuple[Epoch, ...] = ()
     """`accuracy`, `validation_accuracy` and losses of each epoch."""
     leaks: dict[str, Counted]
-    """What was seen of the test samples before the test; all 0 and false under `nested`."""
+    """What was seen of the test samples before the test."""
 
     @property
     def key(self) -> FoldKey:
