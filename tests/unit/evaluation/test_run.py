@@ -16,14 +16,8 @@ from sklearn.linear_model import LogisticRegression
 
 from afferents import evaluate
 from afferents.errors import AfferentsError, InputError
+from afferents.evaluation import fold_files
 from afferents.evaluation import run as evaluation
-from afferents.evaluation.fold_files import (
-    FoldKey,
-    job_statuses,
-    mark_running,
-    seconds_left,
-    write_plan,
-)
 from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.learner import Checkpoint
@@ -36,7 +30,7 @@ from afferents.reproduction.status import status
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 FIRST = "vib-te, nested, seed 0, 20 mm/s held out"
 SHORT, LONG = (
-    [FoldKey.of(model, "nested", 1, speed) for speed in (10.0, 20.0)]
+    [fold_files.FoldKey.of(model, "nested", 1, speed) for speed in (10.0, 20.0)]
     for model in ("vib-te", "ra-se")
 )
 
@@ -93,7 +87,7 @@ def test_a_store_that_changed_under_the_run_is_refused(fails, stores, tmp_path, 
 @pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])
 def test_memory_that_is_short(ask):
     """The errors of the real allocators, whatever they are called; others stay what they are."""
-    key = FoldKey.of("ra-se", "nested", 1, 10.0)
+    key = fold_files.FoldKey.of("ra-se", "nested", 1, 10.0)
     said = r"ra-se, nested, seed 1, 10 mm/s .* out of memory"
     with pytest.raises(AfferentsError, match=said), evaluation._naming(key):
         ask()
@@ -105,11 +99,11 @@ def test_a_status_says_what_it_knows_nothing_of(tmp_path):
     """Neither of models none of which has ended, nor of workers that leave no mark here."""
 
     def said(**more):
-        write_plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
+        fold_files.write_plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
         return " ".join(status(tmp_path).sentences)
 
     facts = {"validated_by": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
-    with mark_running(tmp_path, LONG[0]):
+    with fold_files.mark_running(tmp_path, LONG[0]):
         assert "Expected end" not in said()
         for key, taking in ((SHORT[0], True), (LONG[1], False)):
             content = {**key.content(), **facts, "seconds": 9.0}
@@ -138,7 +132,7 @@ def test_a_status_tells_what_runs_before_any_training(tmp_path):
         RunState(like="recommended", choices={}, otherwise=(), differs=(), recordings=3)
     )
     run.results.mkdir()
-    write_plan(run.results, SHORT, workers=1)
+    fold_files.write_plan(run.results, SHORT, workers=1)
     assert "Nothing is running" in said()
     with writing_alone(run.store, "extract"):
         assert said() == (
@@ -176,36 +170,36 @@ def test_a_model_that_workers_cannot_find_is_refused(stores, tmp_path, monkeypat
 
 FACTS = {"validated_by": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
 FOLDER = "folds/vib-te/nested/seed-0"
-KEYS = [FoldKey.of("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
+KEYS = [fold_files.FoldKey.of("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
 
 
-def finish(results: Path, key: FoldKey, seconds: float) -> None:
+def finish(results: Path, key: fold_files.FoldKey, seconds: float) -> None:
     took = {"seconds": seconds, "job_seconds": seconds}
     write_json(key.folder(results) / "fold.json", {**key.content(), **FACTS, **took})
 
 
 def states(results: Path) -> list[str]:
-    return [standing.state for standing in job_statuses(results)]
+    return [standing.state for standing in fold_files.job_statuses(results)]
 
 
 def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
-    write_plan(tmp_path, KEYS, workers=2)
+    fold_files.write_plan(tmp_path, KEYS, workers=2)
     assert states(tmp_path) == ["to do"] * 4
-    with mark_running(tmp_path, KEYS[1]):
+    with fold_files.mark_running(tmp_path, KEYS[1]):
         assert states(tmp_path) == ["to do", "running", "to do", "to do"]
         finish(tmp_path, KEYS[1], 3.0)
-    with pytest.raises(ValueError, match="no luck"), mark_running(tmp_path, KEYS[2]):
+    with pytest.raises(ValueError, match="no luck"), fold_files.mark_running(tmp_path, KEYS[2]):
         raise ValueError("no luck")
     assert states(tmp_path) == ["to do", "done", "failed", "to do"]
-    assert job_statuses(tmp_path)[2].why == "no luck"
-    with mark_running(tmp_path, KEYS[2]):
+    assert fold_files.job_statuses(tmp_path)[2].why == "no luck"
+    with fold_files.mark_running(tmp_path, KEYS[2]):
         assert states(tmp_path)[2] == "running"
     assert states(tmp_path)[2] == "to do"
 
 
 @pytest.mark.system
 def test_a_killed_process_leaves_a_stopped_job(tmp_path):
-    write_plan(tmp_path, KEYS, workers=1)
+    fold_files.write_plan(tmp_path, KEYS, workers=1)
     code = (
         "import os, sys; from pathlib import Path\n"
         "from afferents.evaluation.fold_files import FoldKey\n"
@@ -218,27 +212,27 @@ def test_a_killed_process_leaves_a_stopped_job(tmp_path):
 
 
 def test_a_mark_of_another_machine_is_believed(tmp_path):
-    write_plan(tmp_path, KEYS, workers=1)
+    fold_files.write_plan(tmp_path, KEYS, workers=1)
     mark = KEYS[0].folder(tmp_path).with_name("10.running")
     write_json(mark, {"host": "far-away", "pid": os.getpid(), "since": 0.0})
     assert states(tmp_path)[0] == "running"
 
 
 def test_what_is_left_is_what_others_took(tmp_path):
-    write_plan(tmp_path, KEYS, workers=2)
-    assert seconds_left(job_statuses(tmp_path), 2) is None
+    fold_files.write_plan(tmp_path, KEYS, workers=2)
+    assert fold_files.seconds_left(fold_files.job_statuses(tmp_path), 2) is None
     finish(tmp_path, KEYS[0], 10.0)
     finish(tmp_path, KEYS[1], 20.0)
-    assert seconds_left(job_statuses(tmp_path), 2) == pytest.approx(15.0)
+    assert fold_files.seconds_left(fold_files.job_statuses(tmp_path), 2) == pytest.approx(15.0)
 
 
 def test_plans_add_up_once_something_is_kept(tmp_path):
-    write_plan(tmp_path, KEYS[:2], workers=1)
-    write_plan(tmp_path, KEYS[2:], workers=1)
-    assert len(job_statuses(tmp_path)) == 2
+    fold_files.write_plan(tmp_path, KEYS[:2], workers=1)
+    fold_files.write_plan(tmp_path, KEYS[2:], workers=1)
+    assert len(fold_files.job_statuses(tmp_path)) == 2
     write_json(tmp_path / "config.json", {})
-    write_plan(tmp_path, KEYS, workers=3)
-    assert len(job_statuses(tmp_path)) == 4
+    fold_files.write_plan(tmp_path, KEYS, workers=3)
+    assert len(fold_files.job_statuses(tmp_path)) == 4
     assert json.loads((tmp_path / "plan.json").read_text())["workers"] == 3
 
 
@@ -252,9 +246,9 @@ def test_plans_add_up_once_something_is_kept(tmp_path):
 )
 def test_marks_and_plans_that_make_no_sense_are_named(tmp_path, name, content, said):
     with pytest.raises(InputError, match="a results folder that evaluate has begun"):
-        job_statuses(tmp_path)
-    write_plan(tmp_path, KEYS, workers=2)
+        fold_files.job_statuses(tmp_path)
+    fold_files.write_plan(tmp_path, KEYS, workers=2)
     write_json(tmp_path / name, content)
     with pytest.raises(InputError, match=name) as caught:
-        job_statuses(tmp_path)
+        fold_files.job_statuses(tmp_path)
     assert said in str(caught.value)

@@ -13,7 +13,7 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
 import afferents
-from afferents.errors import InputError
+from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneGroupOut as Folds
@@ -137,7 +137,6 @@ def test_the_report_status_and_pictures_speak_of_trials(evaluated, does):
         ({"models": "fusion"}, "fusion, for which a_1 lacks"),
         ({"mask": "0.5/mm"}, "found lines in /mm for ridge-te, which would be told"),
         ({"steady": (0.1, 2.0)}, "whose ra2 is from 0.00 to 1.00 s, found 0.1:2"),
-        ({"train_speeds": 1}, "--train-speeds: expected the speed of every recording"),
         ({"speeds": "10"}, "--speeds: expected recordings whose speed is known, found 10"),
     ],
 )
@@ -145,6 +144,11 @@ def test_what_can_not_be_is_said_before_anything_is_trained(folder, tmp_path, op
     with pytest.raises(InputError, match=said):
         afferents.evaluate(Stretches(folder), tmp_path / "r", **TRIAL | options)
     assert not (tmp_path / "r").exists()
+
+
+def test_fewer_training_speeds_need_speeds(folder, tmp_path):
+    with pytest.raises(AfferentsError, match="--train-speeds: expected the speed of every record"):
+        afferents.evaluate(Stretches(folder), tmp_path / "r", train_speeds=1, **TRIAL)
 
 
 def test_a_texture_of_one_trial_alone_is_refused(folder, tmp_path):

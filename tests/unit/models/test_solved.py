@@ -11,23 +11,13 @@ from afferents.encodings.samples import find_labels
 from afferents.encodings.settings import ENCODINGS
 from afferents.errors import InputError
 from afferents.folds.protocol import PROTOCOLS, Fold
+from afferents.models import solved
 from afferents.models.base import FitData, Task, build_classifier
 from afferents.models.calibrate import cross_entropy
 from afferents.models.fit_solved import fit_solved, learn, pick_penalty, score
 from afferents.models.fitted import Fitting, Part
 from afferents.models.model import Model
 from afferents.models.orders import OrderSearch
-from afferents.models.solved import (
-    _LEAST_SHARE,
-    PENALTY,
-    Discriminant,
-    Gram,
-    Ridge,
-    Rows,
-    equal_weights,
-    log_probabilities,
-    predict_left_out,
-)
 
 PER_OCTAVE = 24
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
@@ -59,7 +49,7 @@ def unlike(n, rng):
 def learnt(curves, speed_from, rng):
     values, labels, speed = spectra(curves, 10, SPEEDS, rng)
     model = OrderSearch(len(curves), 1, FREQUENCIES, PER_MM, speed_from)
-    data = FitData(values, labels, equal_weights(labels, speed), speed)
+    data = FitData(values, labels, solved.equal_weights(labels, speed), speed)
     model.solve(data, rng, 30.0)
     model.temperature = torch.tensor(0.1)
     return model
@@ -110,7 +100,7 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
 
     values, labels, speed = with_phases(SPEEDS)
     model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "measured")
-    data = FitData(values, labels, equal_weights(labels, speed), speed)
+    data = FitData(values, labels, solved.equal_weights(labels, speed), speed)
     model.solve(data, rng, 30.0)
     values, labels, speed = with_phases((28.3,))
     assert torch.log2(model.measured(values).double() / speed).abs().median() < 1 / PER_OCTAVE
@@ -129,12 +119,14 @@ def test_ridge_is_what_scikit_learn_calls_ridge():
     rng = np.random.default_rng(3)
     values = rng.normal(size=(60, 7)).astype(np.float32)
     labels, weight = rng.integers(0, 3, 60), rng.uniform(0.5, 2, 60)
-    model = Ridge(3, (7,))
+    model = solved.Ridge(3, (7,))
     speed, rng = np.full(60, 10.0), np.random.default_rng(0)
     given = (torch.from_numpy(a) for a in (values, labels, weight, speed))
-    model.solve(model.gathered(FitData(*given)), rng, PENALTY)
+    model.solve(model.gathered(FitData(*given)), rng, solved.PENALTY)
     standard = (values - values.mean(0)) / values.std(0)
-    theirs = SklearnRidge(alpha=PENALTY).fit(standard, np.eye(3)[labels], sample_weight=weight)
+    theirs = SklearnRidge(alpha=solved.PENALTY).fit(
+        standard, np.eye(3)[labels], sample_weight=weight
+    )
     np.testing.assert_allclose(
         model.scores(torch.from_numpy(values)), theirs.predict(standard), atol=1e-4
     )
@@ -142,7 +134,7 @@ def test_ridge_is_what_scikit_learn_calls_ridge():
 
 def test_every_texture_at_every_speed_weighs_the_same():
     labels, speed = torch.tensor([0, 0, 0, 1, 1]), torch.tensor([10.0, 10, 20, 10, 10])
-    weight = equal_weights(labels, speed)
+    weight = solved.equal_weights(labels, speed)
     sums = [weight[[0, 1]].sum(), weight[[2]].sum(), weight[[3, 4]].sum()]
     np.testing.assert_allclose(sums, sums[0])
     assert weight.mean() == pytest.approx(1)
@@ -168,15 +160,19 @@ def test_a_texture_between_two_others_is_named():
     """On one axis a ridge on indicators never names the middle one."""
     values, labels = clouds([[-2.0], [0.0], [2.0]], sd=0.5)
     middle = values[labels == 1]
-    named = fitted(Discriminant, values, labels, 0.01).scores(middle).argmax(1)
+    named = fitted(solved.Discriminant, values, labels, 0.01).scores(middle).argmax(1)
     assert (named == 1).float().mean() > 0.9
-    assert (fitted(Ridge, values, labels, 30.0).scores(middle).argmax(1) == 1).float().mean() < 0.1
+    assert (
+        fitted(solved.Ridge, values, labels, 30.0).scores(middle).argmax(1) == 1
+    ).float().mean() < 0.1
 
 
 def test_scores_are_log_densities_of_gaussians():
     """Of unit covariance: log p(k) - log p(j) = x (m_k - m_j) - (m_k^2 - m_j^2) / 2."""
     means = [[0.0, 0.0], [1.0, 0.0], [0.0, 2.0]]
-    scores = fitted(Discriminant, *clouds(means, 40000), 0.0).scores(torch.tensor([[0.5, 0.5]]))
+    scores = fitted(solved.Discriminant, *clouds(means, 40000), 0.0).scores(
+        torch.tensor([[0.5, 0.5]])
+    )
     expected = torch.tensor([0.0, 0.5 - 0.5, 1.0 - 2.0])
     np.testing.assert_allclose(scores[0] - scores[0, 0], expected, atol=0.05)
 
@@ -184,7 +180,7 @@ def test_scores_are_log_densities_of_gaussians():
 def test_a_value_that_never_varies_and_a_texture_without_samples_do_no_harm():
     values, labels = clouds([[-1.0, 3.0], [1.0, 3.0]])
     values[:, 1] = 3.0
-    scores = fitted(Discriminant, values, labels, 0.1).scores(values)
+    scores = fitted(solved.Discriminant, values, labels, 0.1).scores(values)
     assert torch.isfinite(scores).all()
     assert (scores[:, :2].argmax(1) == labels).float().mean() > 0.8
 
@@ -194,12 +190,12 @@ def test_fewer_samples_than_features_are_solved_to_the_same_weights():
     x, labels = 0.1 + torch.randn(30, 80), torch.arange(30) % 4
     x[:, 5], x[:, 6] = 2.0, 0.0  # features that never vary
     y, weight = torch.nn.functional.one_hot(labels, 5), 0.5 + torch.rand(30)
-    gram = Gram(80, 5)
+    gram = solved.Gram(80, 5)
     gram.add(x, y, weight)
-    rows = Rows(x[:12], y[:12], weight[:12]) + Rows(x[12:], y[12:], weight[12:])
+    rows = solved.Rows(x[:12], y[:12], weight[:12]) + solved.Rows(x[12:], y[12:], weight[12:])
     strength = 0.5 + torch.rand(80)
     # Of the 2 that never varies, rounding of its mean is left, over the discriminant's penalty.
-    rounding = 30 * 2.0 * torch.finfo(torch.float64).eps / (0.1 * _LEAST_SHARE * 2.0**2)
+    rounding = 30 * 2.0 * torch.finfo(torch.float64).eps / (0.1 * solved._LEAST_SHARE * 2.0**2)
     bound = torch.full((81, 1), 1e-5)
     bound[5], bound[80] = rounding, 2.0 * rounding
     for ours, usual in (
@@ -225,15 +221,15 @@ ONE = np.eye(3, dtype=bool)
 
 def test_textures_are_named_by_the_features_that_tell_them():
     values, labels, groups = data()
-    assert (predict_left_out(values, labels, groups, ONE) == labels).mean() > 0.9
-    assert (predict_left_out(values[:, 3:], labels, groups, ONE) == labels).mean() < 0.5
+    assert (solved.predict_left_out(values, labels, groups, ONE) == labels).mean() > 0.9
+    assert (solved.predict_left_out(values[:, 3:], labels, groups, ONE) == labels).mean() < 0.5
 
 
 def test_the_group_left_out_is_not_learnt_from():
     values, labels, groups = data()
-    before = predict_left_out(values, labels, groups, ONE)
+    before = solved.predict_left_out(values, labels, groups, ONE)
     mislabelled = np.where(groups == 1, (labels + 1) % 3, labels)
-    after = predict_left_out(values, mislabelled, groups, ONE)
+    after = solved.predict_left_out(values, mislabelled, groups, ONE)
     np.testing.assert_array_equal(after[groups == 1], before[groups == 1])
     assert (after != before).any()
 
@@ -252,7 +248,7 @@ def sampled(n_features, seed=0):
     return xr.DataArray((more + 5)[kept], coords, (dims.SAMPLE, dims.FEATURE))
 
 
-@pytest.mark.parametrize("kind", [Discriminant, Ridge])
+@pytest.mark.parametrize("kind", [solved.Discriminant, solved.Ridge])
 @pytest.mark.parametrize("n_features", [12, 400])
 def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_features):
     samples = sampled(n_features)
@@ -269,7 +265,7 @@ def test_a_group_taken_from_the_sums_is_as_one_never_learnt_from(kind, n_feature
             scores[its] = score(classifier, samples, everything[its])
         return scores
 
-    expected = log_probabilities(torch.from_numpy(anew(found[0])).double(), found[1]).numpy()
+    expected = solved.log_probabilities(torch.from_numpy(anew(found[0])).double(), found[1]).numpy()
     np.testing.assert_allclose(found[2], expected, atol=1e-3)
     losses = {penalty: cross_entropy_of(anew(penalty), labels) for penalty in penalties}
     assert losses[found[0]] == pytest.approx(min(losses.values()), abs=1e-3)  # as above
@@ -298,5 +294,5 @@ def test_nothing_of_the_held_out_is_learnt_from(classifier):
 def cross_entropy_of(scores, labels):
     """The least that any temperature gives."""
     scores = torch.from_numpy(scores).double()
-    at = (log_probabilities(scores, t).numpy() for t in np.geomspace(1e-2, 1e2, 400))
+    at = (solved.log_probabilities(scores, t).numpy() for t in np.geomspace(1e-2, 1e2, 400))
     return min(cross_entropy(logs, labels) for logs in at)

@@ -6,16 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from afferents import neuro
 from afferents.errors import InputError
-from afferents.neuro import (
-    accuracy_by_resolution,
-    accuracy_by_units,
-    cut_windows,
-    decode,
-    rate_slopes,
-    stretch_match,
-    without_gaps,
-)
 from afferents.neuro.speed import match_by_class
 from afferents.spikes import Spikes
 
@@ -68,9 +60,9 @@ def over_a_surface(rng, texture, speed, unit, seconds):
 
 @pytest.mark.parametrize("across", ["speeds", "windows"])
 def test_rates_are_read_at_any_resolution(across):
-    windows = cut_windows(made(by_rate, 3), 0.5)
+    windows = neuro.cut_windows(made(by_rate, 3), 0.5)
     for resolution_s in (0.5, 0.05, 0.01):
-        found = decode(windows, resolution_s, across)
+        found = neuro.decode(windows, resolution_s, across)
         assert set(found) == set(SPEEDS)
         assert min(found.values()) > 0.9
 
@@ -78,11 +70,11 @@ def test_rates_are_read_at_any_resolution(across):
 def test_timing_is_read_only_as_finely_as_it_is_there():
     """Bursts 50 to 200 ms apart: bins of 20 ms show them, the rate alone does not."""
     spikes = made(by_timing, 3, units=2)
-    found = accuracy_by_resolution(spikes, (0.02, 0.5))
+    found = neuro.accuracy_by_resolution(spikes, (0.02, 0.5))
     accuracy = found[found["across"] == "speeds"].set_index("resolution_s")["accuracy"]
     assert accuracy[0.02] > 0.95
     assert accuracy[0.5] < 0.6
-    by_units = accuracy_by_units(spikes, (1, 2), draws=2)
+    by_units = neuro.accuracy_by_units(spikes, (1, 2), draws=2)
     last = by_units[(by_units["n_units"] == 2) & (by_units["across"] == "speeds")]
     codes = last.set_index("code")["accuracy"]
     assert codes["timing"] > 0.95 > 0.6 > codes["rate"]
@@ -90,7 +82,7 @@ def test_timing_is_read_only_as_finely_as_it_is_there():
 
 def test_nothing_is_read_from_spikes_that_say_nothing():
     spikes = made(lambda rng, t, v, u, s: poisson(rng, 30, s), 4)
-    found = accuracy_by_resolution(spikes, (0.02, 0.5))
+    found = neuro.accuracy_by_resolution(spikes, (0.02, 0.5))
     assert found["accuracy"].max() < 0.45
     assert (found["chance"] == 0.25).all()
 
@@ -101,9 +93,9 @@ def test_the_speed_held_out_is_not_learnt_from():
     def only_at_forty(rng, texture, speed, unit, seconds):
         return poisson(rng, 20 + 40 * texture if speed == 40 else 40, seconds)
 
-    found = decode(cut_windows(made(only_at_forty, 3), 0.5), 0.5, "speeds")
+    found = neuro.decode(neuro.cut_windows(made(only_at_forty, 3), 0.5), 0.5, "speeds")
     assert found[40.0] < 0.6
-    inside = decode(cut_windows(made(only_at_forty, 3), 0.5), 0.5, "windows")
+    inside = neuro.decode(neuro.cut_windows(made(only_at_forty, 3), 0.5), 0.5, "windows")
     assert inside[40.0] > 0.9
 
 
@@ -112,22 +104,22 @@ def test_a_texture_of_one_speed_is_refused_until_it_is_left_out():
     at = (spikes.trials["texture"] != "t3") | (spikes.trials["speed_mm_s"] == 40)
     some = spikes.select(trials=at.to_numpy())
     with pytest.raises(InputError, match=r"windows of 't3' .* those at 40 mm/s .* without_gaps"):
-        accuracy_by_resolution(some, (0.5,))
+        neuro.accuracy_by_resolution(some, (0.5,))
     numbered = some.trials.drop(columns="number").assign(trial_id=range(some.n_trials))
-    whole = without_gaps(replace(some, trials=numbered))
+    whole = neuro.without_gaps(replace(some, trials=numbered))
     assert set(whole.trials["texture"]) == {"t0", "t1", "t2"}
 
 
 def test_resolutions_below_a_camera_s_frame_are_left_out():
     spikes = made(by_rate, 3, resolution_s=1 / 90)
-    found = accuracy_by_resolution(spikes, (0.001, 0.005, 0.011, 0.1, 0.5, 2.0))
+    found = neuro.accuracy_by_resolution(spikes, (0.001, 0.005, 0.011, 0.1, 0.5, 2.0))
     assert sorted(found["resolution_s"].unique()) == [0.011, 0.1, 0.5]
-    found = accuracy_by_resolution(spikes, (0.1, 0.15, 0.5), window_s=0.2)
+    found = neuro.accuracy_by_resolution(spikes, (0.1, 0.15, 0.5), window_s=0.2)
     assert sorted(found["resolution_s"].unique()) == [0.1, 0.2]  # a window is the rate
 
 
 def test_trains_over_a_surface_stretch_by_the_ratio_of_speeds():
-    found = match_by_class(stretch_match(made(over_a_surface, 5, units=3), seconds=4.0))
+    found = match_by_class(neuro.stretch_match(made(over_a_surface, 5, units=3), seconds=4.0))
     accuracy = found.set_index("stretched")["accuracy"]
     assert accuracy[True] > 0.9
     assert accuracy[False] < 0.5
@@ -165,10 +157,10 @@ def test_slopes_are_the_powers_that_rates_grow_by():
         6,
         seconds=20.0,
     )
-    found = rate_slopes(spikes)
+    found = neuro.rate_slopes(spikes)
     np.testing.assert_allclose(found["slope"], powers, atol=0.08)
     assert (found["n_textures"] == 6).all()
-    silent = rate_slopes(made(lambda rng, t, v, u, s: poisson(rng, 30 * (u > 0), s), 3))
+    silent = neuro.rate_slopes(made(lambda rng, t, v, u, s: poisson(rng, 30 * (u > 0), s), 3))
     assert np.isnan(silent["slope"][0])
     assert silent["n_textures"].tolist() == [0, 3, 3]
 
@@ -176,19 +168,19 @@ def test_slopes_are_the_powers_that_rates_grow_by():
 @pytest.mark.parametrize(
     ("ask", "said"),
     [
-        (lambda: rate_slopes(made(by_rate, 1)), "at least 2 textures, found 1"),
-        (lambda: rate_slopes(made(by_rate, 3, speeds=(40.0,))), "at least 2 speeds, found 1"),
+        (lambda: neuro.rate_slopes(made(by_rate, 1)), "at least 2 textures, found 1"),
+        (lambda: neuro.rate_slopes(made(by_rate, 3, speeds=(40.0,))), "at least 2 speeds, found 1"),
         (
-            lambda: rate_slopes(made(by_rate, 3, speeds=(40.0, np.nan))),
+            lambda: neuro.rate_slopes(made(by_rate, 3, speeds=(40.0, np.nan))),
             "the speed of every trial, found 3 of 6",
         ),
         (
-            lambda: cut_windows(made(by_rate, 2), 5.0),
+            lambda: neuro.cut_windows(made(by_rate, 2), 5.0),
             "trials of at least a window, 5 s, found a trial of 4 s",
         ),
         (
-            lambda: decode(
-                cut_windows(made(by_rate, 3, resolution_s=1 / 90), 0.5), 0.001, "speeds"
+            lambda: neuro.decode(
+                neuro.cut_windows(made(by_rate, 3, resolution_s=1 / 90), 0.5), 0.001, "speeds"
             ),
             r"bins of 0\.0111 s or more",
         ),
@@ -208,9 +200,9 @@ def test_gaps_do_not_tell_the_texture():
         for t in range(same.n_trials)
     ]
     gapped = Spikes.from_trains(trains, same.units, same.trials)
-    found = accuracy_by_resolution(gapped, (0.02, 0.5))
+    found = neuro.accuracy_by_resolution(gapped, (0.02, 0.5))
     assert (found["n_units"] == 1).all()
     assert found["accuracy"].max() < 0.5
-    assert stretch_match(gapped)["accuracy"].mean() < 0.5
+    assert neuro.stretch_match(gapped)["accuracy"].mean() < 0.5
     with pytest.raises(InputError, match="recorded in every trial, found 4 with gaps"):
-        accuracy_by_resolution(gapped.select(units=[0, 1, 2, 3]), (0.5,))
+        neuro.accuracy_by_resolution(gapped.select(units=[0, 1, 2, 3]), (0.5,))

@@ -11,14 +11,8 @@ import pytest
 import xarray as xr
 
 import afferents
+from afferents.neuro import nwb
 from afferents.neuro.neural import spikes_of_store
-from afferents.neuro.nwb import (
-    Placed,
-    add_sounds,
-    add_trials,
-    add_videos,
-    place_recordings,
-)
 from afferents.recordings.pictures import ImageFolder
 from afferents.spikes import Spikes
 from afferents.spikes.artificial import end_times
@@ -62,7 +56,7 @@ def test_the_inspector_finds_nothing_critical(written):
 
 
 def test_videos_sound_and_markers_lie_on_one_clock(content, written, stores, small_session):
-    placed = place_recordings(open_responses(stores["video"]))
+    placed = nwb.place_recordings(open_responses(stores["video"]))
     assert all(a.start_s + max(end_times(a.responses)) < b.start_s for a, b in pairwise(placed))
     series = content.processing["behavior"]["markers"].pose_estimation_series
     times_s = series["marker_007"].timestamps[:]
@@ -95,12 +89,12 @@ def test_images_in_a_folder_are_named_in_their_order(tmp_path):
     for name in names:
         cv2.imwrite(str(tmp_path / name), np.zeros((4, 6), np.uint8))
     times_s = np.array([0.0, 0.1, 0.2, 0.4])
-    placed = place_recordings([xr.Dataset(coords={"time": times_s}, attrs={"name": "1/20"})])
+    placed = nwb.place_recordings([xr.Dataset(coords={"time": times_s}, attrs={"name": "1/20"})])
     images = ImageFolder(tmp_path / "video", 10.0)
     recording = Recording("1/20", "1", 20.0, tmp_path, video=images)
     nwbfile = pynwb.NWBFile("images", "id", datetime(2026, 1, 1, tzinfo=UTC))
     nwbfile.create_device(name="camera")
-    add_videos(nwbfile, placed, {"1/20": recording}, tmp_path / "x.nwb")
+    nwb.add_videos(nwbfile, placed, {"1/20": recording}, tmp_path / "x.nwb")
     series = nwbfile.acquisition["video_1_20"]
     assert list(series.external_file) == names
     np.testing.assert_array_equal(series.timestamps, times_s)
@@ -115,14 +109,14 @@ def test_vibration_that_is_no_sound_is_a_series_that_keeps_its_unit(unit, kind):
     vibration = xr.DataArray(np.zeros((50, 1)), dims=("sample", "channel"), attrs=about)
     responses = xr.Dataset({"ra2": vibration}, attrs={"name": "1/20"})
     nwbfile = pynwb.NWBFile("signals", "id", datetime(2026, 1, 1, tzinfo=UTC))
-    add_sounds(nwbfile, [Placed("1_20", responses, 0.0)])
+    nwb.add_sounds(nwbfile, [nwb.Placed("1_20", responses, 0.0)])
     series = nwbfile.acquisition["sound_1_20"]
     assert (type(series).__name__, series.unit) == (kind, unit)
 
 
 def test_names_that_become_equal_without_slashes_stay_apart():
     recordings = [xr.Dataset(attrs={"name": name}) for name in ("a/b_c", "a_b/c", "a:b")]
-    assert [one.name for one in place_recordings(recordings)] == ["a_b_c", "a_b_c-2", "a_b"]
+    assert [one.name for one in nwb.place_recordings(recordings)] == ["a_b_c", "a_b_c-2", "a_b"]
 
 
 def test_conditions_are_columns_of_one_kind():
@@ -137,7 +131,7 @@ def test_conditions_are_columns_of_one_kind():
     ]
     trials = {"texture": ["1", "2"], "recording": ["0", "1"], "duration_s": [1.0, 1.0]}
     spikes = Spikes.from_trains([[[]], [[]]], {"name": ["a"], "class": ["PC"]}, trials)
-    add_trials(nwbfile, spikes, place_recordings(recordings))
+    nwb.add_trials(nwbfile, spikes, nwb.place_recordings(recordings))
     table = nwbfile.trials.to_dataframe()
     assert table["force"].tolist() == [1.0, 2.5]
     assert table["condition_id"].tolist() == ["a/b", ""]

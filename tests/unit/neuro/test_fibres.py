@@ -9,14 +9,8 @@ import pytest
 import scipy.io
 from tests.unit.neuro.conftest import FINGERTIP, lasting_s
 
+from afferents import neuro
 from afferents.errors import InputError
-from afferents.neuro import (
-    accuracy_by_resolution,
-    cut_windows,
-    decode,
-    left_out,
-    without_gaps,
-)
 from afferents.spikes import Spikes
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -128,27 +122,27 @@ def slope_of(spikes):
 def test_texture_is_read_at_a_speed_held_out_in_spite_of_gaps(read, recorded):
     """Rates grow in proportion to speed, so trains that are stretched have rates that agree."""
     fibres = read(made(by_texture), recorded)
-    whole = without_gaps(fibres)
+    whole = neuro.without_gaps(fibres)
     assert whole.recorded.all()
-    assert left_out(fibres, whole) == (
+    assert neuro.left_out(fibres, whole) == (
         "Without gaps: 2 of 2 SA, 2 of 2 RA, 1 of 1 PC units, 5 of 6 textures, repetitions "
         "2 at 40 mm/s, 2 at 80 mm/s, 2 at 120 mm/s; 150 of 263 recorded trains."
     )
-    table = accuracy_by_resolution(whole, (0.25,), 0.25, stretched=True)
+    table = neuro.accuracy_by_resolution(whole, (0.25,), 0.25, stretched=True)
     assert set(table["n_trials"]) == {5 * 2 * 3}
     np.testing.assert_allclose(table["chance"], 1 / 5)
     by_class = table.pivot_table(index="class", columns="across", values="accuracy")
     assert (by_class.loc[["SA", "RA"], "stretched"] > 0.8).all()
     assert (by_class.loc[["SA", "RA"], "speeds"] > 0.5).all()
     assert by_class["speeds"].mean() < by_class["stretched"].mean() - 0.15
-    assert set(decode(cut_windows(whole, 0.25), 0.25, "speeds", tested=80.0)) == {80.0}
+    assert set(neuro.decode(neuro.cut_windows(whole, 0.25), 0.25, "speeds", tested=80.0)) == {80.0}
 
 
 def test_what_units_resolve_is_stretched_with_their_trains(read, recorded):
     """Spikes between frames 10 ms apart are 30 ms apart where 120 mm/s becomes 40 mm/s."""
-    whole = without_gaps(read(made(by_texture), recorded)).of_class("PC")
+    whole = neuro.without_gaps(read(made(by_texture), recorded)).of_class("PC")
     coarse = replace(whole, units=whole.units.assign(resolution_s=0.01))
-    table = accuracy_by_resolution(coarse, (0.01, 0.025, 0.03, 0.25), 0.25, stretched=True)
+    table = neuro.accuracy_by_resolution(coarse, (0.01, 0.025, 0.03, 0.25), 0.25, stretched=True)
     found = table.groupby("across")["resolution_s"].apply(list)
     assert found["speeds"] == [0.01, 0.025, 0.03, 0.25]
     assert found["stretched"] == [0.03, 0.25]
@@ -157,7 +151,7 @@ def test_what_units_resolve_is_stretched_with_their_trains(read, recorded):
 def test_gaps_change_nothing_in_what_is_left(read, recorded):
     """Of a texture, fibre and speed, the first repetitions that were recorded: nothing else."""
     trains = made(by_texture)
-    whole = without_gaps(read(trains, recorded))
+    whole = neuro.without_gaps(read(trains, recorded))
     assert whole.trials.groupby(["texture", "speed_mm_s"]).size().unique() == [2]
     for number, trial in whole.trials.iterrows():
         v, t = list(FINGERTIP).index(trial["speed_mm_s"]), int(trial["texture"]) - 1
@@ -167,13 +161,15 @@ def test_gaps_change_nothing_in_what_is_left(read, recorded):
             expected = trains[one][repetition]
             expected = expected[expected < trial["duration_s"]]
             np.testing.assert_allclose(whole.train(number, unit), expected)
-    assert without_gaps(whole) is whole
+    assert neuro.without_gaps(whole) is whole
 
 
 def test_too_many_gaps_are_refused(read, recorded):
     fibres = read(made(by_texture), recorded)
     one = (fibres.trials["texture"] == "1").to_numpy()
     with pytest.raises(InputError, match="on 2 textures or more at every speed, found none"):
-        without_gaps(fibres.select(one))
+        neuro.without_gaps(fibres.select(one))
     with pytest.raises(InputError, match=r"a speed of the trials \(40, 80, 120\), found 60"):
-        decode(cut_windows(without_gaps(fibres), 0.25), 0.25, "speeds", tested=60.0)
+        neuro.decode(
+            neuro.cut_windows(neuro.without_gaps(fibres), 0.25), 0.25, "speeds", tested=60.0
+        )

@@ -23,16 +23,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from afferents.lab.recorder.bags import extract_files
+from afferents.recordings import ros_messages
 from afferents.recordings.audio import WavFile
-from afferents.recordings.ros_messages import (
-    PICTURE,
-    RAW_PICTURE,
-    ROS_SOUND,
-    ROS_SOUND_INFO,
-    ROS_SOUND_STAMPED,
-    Messages,
-    typestore,
-)
 from afferents.recordings.video import VideoFile
 from afferents.robots.bags import drum_messages, sound_messages, write_bag
 
@@ -55,7 +47,7 @@ def packets(video):
 
 
 def messages(bag, topic):
-    with AnyReader([bag], default_typestore=typestore()) as reader:
+    with AnyReader([bag], default_typestore=ros_messages.typestore()) as reader:
         chosen = [one for one in reader.connections if one.topic == topic]
         return [
             (at_ns, reader.deserialize(data, one.msgtype))
@@ -100,7 +92,7 @@ def test_a_recording_comes_back_as_it_went(rig, tmp_path):
 def test_the_name_of_a_sound_file_need_not_be_text(tmp_path):
     path = tmp_path / os.fsdecode(b"\xff.wav")
     soundfile.write(os.fsencode(path), np.zeros((800, 2)), 8000)
-    blocks = [*sound_messages(Messages(typestore()), WavFile(path))]
+    blocks = [*sound_messages(ros_messages.Messages(ros_messages.typestore()), WavFile(path))]
     assert [block.at_ns for block in blocks] == [0]
 
 
@@ -121,7 +113,7 @@ def test_markers_and_responses_are_those_of_the_store(rig):
     np.testing.assert_array_equal(sa1, responses["sa1"].values)
     drum = messages(bag, "/drum/speed_mm_s")
     assert max(message.data for _, message in drum) == pytest.approx(60, rel=0.05)
-    with AnyReader([bag], default_typestore=typestore()) as reader:
+    with AnyReader([bag], default_typestore=ros_messages.typestore()) as reader:
         times = [at_ns for _, at_ns, _ in reader.messages()]
     assert times == sorted(times)
 
@@ -141,15 +133,15 @@ def test_a_store_alone_and_what_was_felt(rig, tmp_path):
     (responses,) = open_responses(store)
     heard = np.concatenate([m.data.view("<i2") for _, m in messages(bag, "/microphone")])
     np.testing.assert_array_equal(heard / 32768, responses["ra2"].values[:, 0])
-    with AnyReader([bag], default_typestore=typestore()) as reader:
+    with AnyReader([bag], default_typestore=ros_messages.typestore()) as reader:
         assert "/camera/image/compressed" not in reader.topics
 
 
 def test_what_was_logged_before_the_zero_is_left_out(tmp_path):
     drum = Drum(circumference_mm=250, contact_mm=16, zero=MARK)
     way = DrumPath(drum, np.array([-1.0, 0.0, 1.0]), np.array([0.0, 40.0, 80.0]))
-    types = typestore()
-    write_bag(tmp_path / "bag", types, [drum_messages(Messages(types), way)], NAME)
+    types = ros_messages.typestore()
+    write_bag(tmp_path / "bag", types, [drum_messages(ros_messages.Messages(types), way)], NAME)
     found = [(at_ns, m.data) for at_ns, m in messages(tmp_path / "bag", "/drum/position_mm")]
     assert found == [(0, 40.0), (10**9, 80.0)]
 
@@ -180,7 +172,7 @@ def test_sound_of_floats_is_heard_and_the_drum_is_there_without_sound(rig, tmp_p
 
 @pytest.fixture(scope="module")
 def types():
-    return typestore()
+    return ros_messages.typestore()
 
 
 def ros_bag(path, types, pictures, sound=(), plugin=StoragePlugin.SQLITE3, info=None):
@@ -212,18 +204,18 @@ def raw(types, n, encoding="mono8", topic="/tip/image", size=(48, 64)):
             "encoding": encoding, "is_bigendian": 0, "step": shape[1],
             "data": np.full(shape, number, np.uint8).ravel(),
         }  # fmt: skip
-        yield topic, RAW_PICTURE, at_ns, fields
+        yield topic, ros_messages.RAW_PICTURE, at_ns, fields
 
 
-def heard(types, samples, kind=ROS_SOUND, per_block=441):
+def heard(types, samples, kind=ros_messages.ROS_SOUND, per_block=441):
     """Sound in blocks that begin 20 ms after the first picture."""
     for first in range(0, len(samples), per_block):
         at_ns = 7 * 10**9 + 20_000_000 + round(first / 44_100 * 1e9)
         data = samples[first : first + per_block].astype("<i2").view(np.uint8).ravel()
-        if kind == ROS_SOUND:
+        if kind == ros_messages.ROS_SOUND:
             yield "/tip/audio", kind, at_ns, {"data": data}
         else:
-            audio = types.types[ROS_SOUND](data=data)
+            audio = types.types[ros_messages.ROS_SOUND](data=data)
             yield "/tip/audio", kind, at_ns, {"header": stamped(types, at_ns), "audio": audio}
 
 
@@ -239,8 +231,8 @@ def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding
     samples = np.random.default_rng(0).integers(-9000, 9000, (4410, 2)).astype(np.int16)
     ros_bag(
         tmp_path / "bag", types, raw(types, 30, encoding),
-        heard(types, samples, ROS_SOUND_STAMPED), plugin,
-        [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, INFO)],
+        heard(types, samples, ros_messages.ROS_SOUND_STAMPED), plugin,
+        [("/tip/audio_info", ros_messages.ROS_SOUND_INFO, 7 * 10**9, INFO)],
     )  # fmt: skip
     afferents.import_recording(
         tmp_path / "bag", None, None, session=tmp_path / "S", texture="wool", speed_mm_s=20
@@ -268,19 +260,19 @@ def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_pa
 
 
 def test_a_header_without_a_time_leaves_the_bags(types, tmp_path):
-    sound = list(heard(types, np.ones((2000, 1), np.int16), ROS_SOUND_STAMPED))
+    sound = list(heard(types, np.ones((2000, 1), np.int16), ros_messages.ROS_SOUND_STAMPED))
     empty = [(*said, fields | {"header": stamped(types, 0)}) for *said, fields in sound]
     bag = ros_bag(tmp_path / "bag", types, raw(types, 5), empty)
     assert extract_files(bag, tmp_path).audio_start_s == pytest.approx(7.025)
 
 
-@pytest.mark.parametrize("kind", [ROS_SOUND, ROS_SOUND_STAMPED])
+@pytest.mark.parametrize("kind", [ros_messages.ROS_SOUND, ros_messages.ROS_SOUND_STAMPED])
 def test_sound_that_was_lost_is_refused_and_what_comes_late_is_not(types, tmp_path, kind):
     blocks = list(heard(types, np.ones((8820, 1), np.int16), kind))
     lost = ros_bag(tmp_path / "lost", types, raw(types, 5), blocks[:5] + blocks[16:])
     assert "found 0.11 s missing before 0.16 s" in refused(lost, tmp_path)
     for n in range(3, 18):  # all at once, with the one after them
-        late = {"header": blocks[18][3]["header"]} if kind == ROS_SOUND_STAMPED else {}
+        late = {"header": blocks[18][3]["header"]} if kind == ros_messages.ROS_SOUND_STAMPED else {}
         blocks[n] = (*blocks[n][:2], blocks[18][2], blocks[n][3] | late)
     files = extract_files(ros_bag(tmp_path / "late", types, raw(types, 5), blocks), tmp_path)
     assert len(soundfile.read(files.audio)[0]) == 8820
@@ -297,7 +289,7 @@ def refused(bag, tmp_path, *options):
 
 @pytest.mark.parametrize(("key", "found"), [("coding_format", "mp3"), ("sample_format", "F32LE")])
 def test_sound_that_is_no_16_bit_samples_is_refused(types, tmp_path, key, found):
-    info = [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, INFO | {key: found})]
+    info = [("/tip/audio_info", ros_messages.ROS_SOUND_INFO, 7 * 10**9, INFO | {key: found})]
     sound = heard(types, np.zeros((900, 2), np.int16))
     bag = ros_bag(tmp_path / "bag", types, raw(types, 5), sound, info=info)
     assert f"S16LE, found '{found}'" in refused(bag, tmp_path)
@@ -317,7 +309,7 @@ def test_bags_that_can_t_be_imported_are_refused_in_a_sentence(types, tmp_path, 
         ("none", heard(types, np.zeros((900, 1), np.int16)), "pictures, found /tip/audio"),
         ("back", back, "times that rise"),
         ("odd", odd, "found '16UC1'"),
-        ("png", [("/a", PICTURE, 10**9, png)], "JPEGs, found 'png'"),
+        ("png", [("/a", ros_messages.PICTURE, 10**9, png)], "JPEGs, found 'png'"),
         ("one", [*raw(types, 1)], "expected 2 pictures or more"),
     ):
         assert said in refused(ros_bag(tmp_path / name, types, pictures), tmp_path)

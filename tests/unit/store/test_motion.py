@@ -10,16 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.errors import InputError
+from afferents.store import motion
 from afferents.store.drum_path import DRIVE, MARK, Drum, logged_path
 from afferents.store.log import LoggedFile, read_log, write_log
-from afferents.store.motion import (
-    Series,
-    add_motion,
-    differentiate,
-    force_along,
-    force_sentences,
-    speed_along,
-)
 
 TIME = np.arange(0, 6, 0.008)
 
@@ -51,7 +44,7 @@ def pose(place_mm, scale=0.001):
 @pytest.mark.parametrize(("units", "scale"), [("m, rad", 0.001), ("mm, deg", 1.0)])
 def test_speed_is_told_from_poses(units, scale):
     way, _ = swept(TIME)
-    series = speed_along(add_motion(*logged("pose", pose(way, scale), units)))
+    series = motion.speed_along(motion.add_motion(*logged("pose", pose(way, scale), units)))
     middle = (series.time_s > 0.2) & (series.time_s < 5.8)
     true = swept(series.time_s)[1]
     assert np.abs(series.values - true)[middle].max() < 0.4  # of 20 to 80: the filter's lag
@@ -60,7 +53,7 @@ def test_speed_is_told_from_poses(units, scale):
 def test_noise_of_poses_is_smoothed():
     way, _ = swept(TIME)
     noisy = way + np.random.default_rng(0).normal(0, 0.02, len(way))
-    series = speed_along(add_motion(*logged("pose", pose(noisy), "m, rad")))
+    series = motion.speed_along(motion.add_motion(*logged("pose", pose(noisy), "m, rad")))
     error = (series.values - swept(series.time_s)[1])[30:-30]
     assert error.std() < 0.6  # a difference of neighbours would be off by 3.5
     assert np.std(np.diff(noisy) / 0.008 - swept(TIME[1:])[1]) > 3
@@ -68,10 +61,10 @@ def test_noise_of_poses_is_smoothed():
 
 def test_a_log_of_speeds_goes_before_poses_and_may_run_backwards():
     responses, logs = logged("speed", -swept(TIME)[1][:, None], "mm/s")
-    kept = add_motion(responses, logs)
+    kept = motion.add_motion(responses, logs)
     assert kept["speed"].dims == ("speed_time",)
     assert "speed_axis" not in kept.coords
-    np.testing.assert_allclose(speed_along(kept).values, swept(TIME)[1], rtol=1e-6)
+    np.testing.assert_allclose(motion.speed_along(kept).values, swept(TIME)[1], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -87,15 +80,15 @@ def test_a_log_of_speeds_goes_before_poses_and_may_run_backwards():
 def test_what_is_no_slide_is_refused(values, units, time_s, found):
     name = "speed" if units == "mm/s" else "pose"
     with pytest.raises(InputError, match=f"run_1/{name}.csv: expected .*{found}"):
-        add_motion(*logged(name, values, units, time_s=time_s))
+        motion.add_motion(*logged(name, values, units, time_s=time_s))
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_force_is_what_presses_and_a_sign_is_said(sign):
     values = np.stack([0 * TIME, 0.3 + 0 * TIME, sign * (2 + 0.5 * np.sin(TIME))], axis=1)
-    kept = add_motion(*logged("force", values, "N"))
-    np.testing.assert_allclose(force_along(kept).values, 2 + 0.5 * np.sin(TIME), rtol=1e-6)
-    sentences = force_sentences([kept.attrs["normal_force"]])
+    kept = motion.add_motion(*logged("force", values, "N"))
+    np.testing.assert_allclose(motion.force_along(kept).values, 2 + 0.5 * np.sin(TIME), rtol=1e-6)
+    sentences = motion.force_sentences([kept.attrs["normal_force"]])
     assert len(sentences) == (sign < 0)
     assert not sentences or "force_2 is below 0" in sentences[0]
 
@@ -105,7 +98,7 @@ def test_force_is_what_presses_and_a_sign_is_said(sign):
     st.floats(0.01, 0.99), st.floats(0.01, 0.99),
 )  # fmt: skip
 def test_mean_and_extremes_over_a_part_are_those_of_fine_steps(values, one, other):
-    series = Series(np.linspace(0, 1, len(values)), np.array(values))
+    series = motion.Series(np.linspace(0, 1, len(values)), np.array(values))
     start, stop = sorted((one, other))
     stop = max(stop, start + 0.005)
     mean, low, high = (part[0] for part in series.over(np.array([start]), np.array([stop])))
@@ -117,7 +110,7 @@ def test_mean_and_extremes_over_a_part_are_those_of_fine_steps(values, one, othe
 
 
 def test_beyond_its_ends_a_series_says_nothing():
-    series = Series(np.array([1.0, 2.0]), np.array([10.0, 20.0]))
+    series = motion.Series(np.array([1.0, 2.0]), np.array([10.0, 20.0]))
     found = np.array(series.over(np.array([0.5, 1.2]), np.array([1.5, 1.8])))
     assert np.isnan(found[:, 0]).all()
     np.testing.assert_allclose(found[:, 1], [15, 12, 18])
@@ -126,21 +119,21 @@ def test_beyond_its_ends_a_series_says_nothing():
 def test_a_path_that_turns_has_the_speed_along_it():
     turn = 2 * np.pi * TIME / 3
     circle = 10 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    series = differentiate(TIME, circle, "a circle")
+    series = motion.differentiate(TIME, circle, "a circle")
     np.testing.assert_allclose(series.values[30:-30], 10 * 2 * np.pi / 3, rtol=0.01)
 
 
 def test_empty_cells_of_a_log_hide_nothing_else():
     way, speed = swept(TIME)
     for name, values, along in (
-        ("speed", speed[:, None], speed_along),
-        ("force", 2 + 0 * TIME[:, None], force_along),
-        ("pose", pose(way), speed_along),
+        ("speed", speed[:, None], motion.speed_along),
+        ("force", 2 + 0 * TIME[:, None], motion.force_along),
+        ("pose", pose(way), motion.speed_along),
     ):
         values = values.copy()
         values[100:103] = np.nan
         units = {"speed": "mm/s", "force": "N", "pose": "m, rad"}[name]
-        series = along(add_motion(*logged(name, values, units)))
+        series = along(motion.add_motion(*logged(name, values, units)))
         mean, *_ = series.over(np.array([3.0]), np.array([4.0]))
         assert np.isfinite(mean).all(), name
 

@@ -4,21 +4,14 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.lab.devices import (
-    CAMERAS,
-    CameraSettings,
-    DeviceError,
-    decode_picture,
-    is_torn,
-    make_device,
-)
+from afferents.lab import devices
 
 VIRTUAL = {"kind": "portable", "driver": "lavfi", "fps_hz": 30.0}
 
 
 def test_frames_are_numbered_and_what_is_unknown_is_said():
     table = VIRTUAL | {"device": "color=gray:size=640x480:rate=30"}
-    with make_device(CAMERAS, table, "[camera]") as camera:
+    with devices.make_device(devices.CAMERAS, table, "[camera]") as camera:
         frames = []
         for frame in camera.frames():
             frames.append(frame)
@@ -29,7 +22,7 @@ def test_frames_are_numbered_and_what_is_unknown_is_said():
         assert camera.settings.fps_hz == 30
         assert camera.settings.format == "GREY"
         assert any("frames were lost" in text for text in camera.settings.unknown)
-        luma, levels = decode_picture(frames[0].data, camera.settings)
+        luma, levels = devices.decode_picture(frames[0].data, camera.settings)
         assert levels is None
         assert luma.shape == (480, 640)
         assert luma.mean() == pytest.approx(128, abs=2)
@@ -37,11 +30,11 @@ def test_frames_are_numbered_and_what_is_unknown_is_said():
 
 def test_its_end_is_said():
     table = VIRTUAL | {"device": "color=gray:size=640x480:rate=30:duration=0.1"}
-    with make_device(CAMERAS, table, "[camera]") as camera:
-        with pytest.raises(DeviceError, match="no more frames"):
+    with devices.make_device(devices.CAMERAS, table, "[camera]") as camera:
+        with pytest.raises(devices.DeviceError, match="no more frames"):
             list(camera.frames())
         camera.close()
-        with pytest.raises(DeviceError, match="not open"):
+        with pytest.raises(devices.DeviceError, match="not open"):
             next(camera.frames())
 
 
@@ -54,7 +47,7 @@ def test_its_end_is_said():
 )
 def test_what_it_has_not_is_refused(device, said):
     with pytest.raises(InputError, match=said):
-        make_device(CAMERAS, VIRTUAL | {"device": device}, "[camera]").open()
+        devices.make_device(devices.CAMERAS, VIRTUAL | {"device": device}, "[camera]").open()
 
 
 @pytest.mark.parametrize("form", ["MJPG", "GREY", "YUYV"])
@@ -67,14 +60,14 @@ def test_pictures_are_those_that_were_coded(form, rng):
         "GREY": picture.tobytes(),
         "YUYV": np.dstack([picture, np.full_like(picture, 128)]).tobytes(),
     }[form]
-    settings = CameraSettings("", form, 64, 48, 30.0)
-    luma, levels = decode_picture(coded, settings)
+    settings = devices.CameraSettings("", form, 64, 48, 30.0)
+    luma, levels = devices.decode_picture(coded, settings)
     np.testing.assert_allclose(luma.astype(int), picture.astype(int), atol=8)
     assert (levels is None) == (form != "YUYV")
-    assert not is_torn(coded, settings)
-    assert is_torn(coded[: len(coded) // 2], settings)
-    assert decode_picture(coded[:50], settings) is None
-    assert decode_picture(b"", settings) is None
+    assert not devices.is_torn(coded, settings)
+    assert devices.is_torn(coded[: len(coded) // 2], settings)
+    assert devices.decode_picture(coded[:50], settings) is None
+    assert devices.decode_picture(b"", settings) is None
 
 
 def test_jpegs_without_huffman_tables_are_pictures_too(rng):
@@ -86,8 +79,8 @@ def test_jpegs_without_huffman_tables_are_pictures_too(rng):
     bare = coded
     while (at := bare.find(b"\xff\xc4")) >= 0:
         bare = bare[:at] + bare[at + 2 + int.from_bytes(bare[at + 2 : at + 4]) :]
-    settings = CameraSettings("", "MJPG", 64, 48, 30.0)
+    settings = devices.CameraSettings("", "MJPG", 64, 48, 30.0)
     assert len(bare) < len(coded)
     np.testing.assert_array_equal(
-        decode_picture(bare, settings)[0], decode_picture(coded, settings)[0]
+        devices.decode_picture(bare, settings)[0], devices.decode_picture(coded, settings)[0]
     )

@@ -9,17 +9,8 @@ import pytest
 import soundfile
 
 from afferents.errors import InputError
+from afferents.lab import live
 from afferents.lab.devices import SampleClock
-from afferents.lab.live import (
-    LivePipeline,
-    Microphone,
-    Network,
-    Pace,
-    ReplayedSound,
-    ReplayedVideo,
-    open_sources,
-    stream,
-)
 from afferents.lab.live.streams import JUMP_S
 from afferents.models.card import METADATA
 from afferents.recordings.audio import WavFile
@@ -55,7 +46,7 @@ def by_hand(out, metadata=None):
 
 def refused(path, sentence):
     with pytest.raises(InputError, match=sentence):
-        Network(path)
+        live.Network(path)
 
 
 def test_files_that_are_no_models(tmp_path, models):
@@ -68,7 +59,7 @@ def test_files_that_are_no_models(tmp_path, models):
 
 def test_models_whose_card_is_not_theirs(tmp_path, models):
     good, out = models["ra-ste"], tmp_path / "m.onnx"
-    card = Network(good).card.model_dump_json()
+    card = live.Network(good).card.model_dump_json()
     refused(by_hand(out, {METADATA: card}), r"the input sample \(1, 10, 19, 19\) and the outputs")
     refused(by_hand(out, {METADATA: "{"}), "the card of a model as 'afferents train' writes it")
     refused(changed(good, out, shape=[10, 9, 9]), r"the input image \(1, 9, 9\)")
@@ -80,39 +71,41 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
 
 def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match="--model: expected at least one model, found none"):
-        LivePipeline.with_models([])
+        live.LivePipeline.with_models([])
     with pytest.raises(InputError, match="expected each model once, found several of sa-se"):
-        LivePipeline.with_models([Network(models["sa-se"]), Network(models["sa-se"])])
-    sensor = {**Network(models["ra-ste"]).card.sensor, "name": "another"}
-    other = Network(changed(models["ra-ste"], tmp_path / "o.onnx", sensor=sensor))
+        live.LivePipeline.with_models(
+            [live.Network(models["sa-se"]), live.Network(models["sa-se"])]
+        )
+    sensor = {**live.Network(models["ra-ste"]).card.sensor, "name": "another"}
+    other = live.Network(changed(models["ra-ste"], tmp_path / "o.onnx", sensor=sensor))
     with pytest.raises(InputError, match=r"o.onnx: expected the sensor and frame rate of .*sa-se"):
-        LivePipeline.with_models([Network(models["sa-se"]), other])
+        live.LivePipeline.with_models([live.Network(models["sa-se"]), other])
     fields = {"sample_rate_hz": 4000, "model": "vib-te"}
-    slower = Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", **fields))
+    slower = live.Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", **fields))
     with pytest.raises(InputError, match=r"s.onnx: expected the sample rate and spectra of"):
-        LivePipeline.with_models([Network(models["vib-te-aug"]), slower])
+        live.LivePipeline.with_models([live.Network(models["vib-te-aug"]), slower])
     free = {**sensor, "layout": "free", "rows": None, "columns": None}
     with pytest.raises(InputError, match="where the markers are, found a free layout without"):
-        LivePipeline.with_models(
-            [Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))]
+        live.LivePipeline.with_models(
+            [live.Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))]
         )
 
 
 def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
     recording = read_session(session).recordings[0]
     with pytest.raises(InputError, match="--video: expected one source for sa-se, found none"):
-        next(stream([], [models["sa-se"]]))
+        next(live.stream([], [models["sa-se"]]))
     soundfile.write(tmp_path / "a.wav", np.zeros((9000, 2)), 16_000)
-    sound = ReplayedSound(WavFile(tmp_path / "a.wav"), Pace(math.inf))
+    sound = live.ReplayedSound(WavFile(tmp_path / "a.wav"), live.Pace(math.inf))
     with pytest.raises(InputError, match="--audio: expected 8000 Hz, as the model learnt from"):
-        next(stream([sound], [models["vib-te-aug"]]))
+        next(live.stream([sound], [models["vib-te-aug"]]))
     fast = changed(models["sa-se"], tmp_path / "fast.onnx", fps_hz=120)
-    video = ReplayedVideo(recording.video, Pace(math.inf))
+    video = live.ReplayedVideo(recording.video, live.Pace(math.inf))
     with pytest.raises(InputError, match=r"--video: expected 120 frames/s, as .* found 90"):
-        next(stream([video], [fast]))
+        next(live.stream([video], [fast]))
     soundfile.write(tmp_path / "mono.wav", np.zeros(9000), 8000)
     with pytest.raises(InputError, match="the sensor on channel 2, found 1 channel"):
-        ReplayedSound(WavFile(tmp_path / "mono.wav"), Pace(1))
+        live.ReplayedSound(WavFile(tmp_path / "mono.wav"), live.Pace(1))
 
 
 @pytest.mark.parametrize(
@@ -135,15 +128,15 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
 def test_sources_that_are_not_there(models, asked, sentence):
     pipeline = pipeline_of(models, "sa-se", "vib-te-aug")
     with pytest.raises(InputError, match=sentence):
-        open_sources(**{"video": None, "audio": None, **asked}, wanted=pipeline.wanted)
+        live.open_sources(**{"video": None, "audio": None, **asked}, wanted=pipeline.wanted)
 
 
 def test_a_microphone_that_is_not_there():
     """Without the PortAudio library, or with it but no device: either is one sentence."""
     with pytest.raises(InputError, match="microphone"):
-        Microphone("nobody's microphone", 44_100)
+        live.Microphone("nobody's microphone", 44_100)
     with pytest.raises(InputError, match=r"rate_hz: greater than or equal to 1000, found 200\.0"):
-        Microphone("default", 200.0)  # as of a model of taxels
+        live.Microphone("default", 200.0)  # as of a model of taxels
 
 
 def test_samples_are_counted_after_the_converter_s_clock(rng):

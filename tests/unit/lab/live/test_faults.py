@@ -10,17 +10,7 @@ import pytest
 import soundfile
 
 from afferents.errors import InputError
-from afferents.lab.live import (
-    Begin,
-    Camera,
-    CameraFrame,
-    Pace,
-    ReplayedSound,
-    ReplayedVideo,
-    Sound,
-    Trouble,
-    stream,
-)
+from afferents.lab import live
 from afferents.lab.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
 from afferents.lab.live.pipeline import check_sources
 from afferents.recordings.audio import WavFile
@@ -33,13 +23,13 @@ from .conftest import pipeline_of
 @pytest.fixture
 def pictures(session):
     video = read_session(session).recordings[5].video
-    return list(ReplayedVideo(video, Pace(math.inf)).events())
+    return list(live.ReplayedVideo(video, live.Pace(math.inf)).events())
 
 
 @pytest.fixture
 def chunks(sounds):
     audio = WavFile(read_session(sounds).recordings[5].audio.path)
-    return list(ReplayedSound(audio, Pace(math.inf)).events())
+    return list(live.ReplayedSound(audio, live.Pace(math.inf)).events())
 
 
 @pytest.fixture
@@ -74,7 +64,7 @@ def test_evidence_begins_anew_where_rest_is_set_and_goes_on_where_it_is_refused(
     assert max(sliding[-1].evidence.values()) > 2 / len(sliding[-1].evidence)
     assert pipeline.set_rest()
     image = pictures[40].frame.image
-    resting = fed(pipeline, [CameraFrame(Frame(i / 90, image), 0.0) for i in range(41, 61)])
+    resting = fed(pipeline, [live.CameraFrame(Frame(i / 90, image), 0.0) for i in range(41, 61)])
     assert resting[9].troubles == ("rest was set: displacement counts from here",)
     assert {p.state for p in resting[9:]} == {"untouched"}
     assert len(set(resting[9].evidence.values())) == 1
@@ -154,7 +144,7 @@ def test_what_has_waited_here_is_not_fresh(arriving):
 
 def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures):
     black = Frame(0.0, np.zeros((480, 640), np.uint8))
-    blind = [CameraFrame(black._replace(time_s=i / 90), 0.0) for i in range(40)]
+    blind = [live.CameraFrame(black._replace(time_s=i / 90), 0.0) for i in range(40)]
     predictions = fed(seeing, blind)
     assert {p.state for p in predictions} == {"waiting"}
     assert "markers" in predictions[0].troubles[0]
@@ -164,7 +154,7 @@ def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures
 
 def test_another_recording_begins_anew(seeing, pictures):
     first = fed(seeing, pictures)
-    again = fed(seeing, [Begin("video", 0.0, "g at 50 mm/s"), *pictures])
+    again = fed(seeing, [live.Begin("video", 0.0, "g at 50 mm/s"), *pictures])
     assert [p.probabilities for p in first] == [p.probabilities for p in again]
     assert [p.evidence for p in first] == [p.evidence for p in again]
     assert again[0].truth == "g at 50 mm/s"
@@ -172,7 +162,7 @@ def test_another_recording_begins_anew(seeing, pictures):
 
 def test_trouble_of_one_sense_leaves_the_other(models, pictures):
     both = pipeline_of(models, "sa-se", "vib-te-aug")
-    said = both.feed(Trouble("audio", 0.0, "unplugged"))
+    said = both.feed(live.Trouble("audio", 0.0, "unplugged"))
     assert [(p.model, p.state, p.troubles) for p in said] == [
         ("vib-te-aug", "stalled", ("unplugged",))
     ]
@@ -181,8 +171,8 @@ def test_trouble_of_one_sense_leaves_the_other(models, pictures):
 
 def test_sound_shorter_than_a_window_ends_with_a_word(models, tmp_path):
     soundfile.write(tmp_path / "short.wav", np.zeros((4000, 2)), 8000)
-    source = ReplayedSound(WavFile(tmp_path / "short.wav"), Pace(math.inf))
-    assert [p.state for p in stream([source], [models["vib-te-aug"]])] == ["waiting"]
+    source = live.ReplayedSound(WavFile(tmp_path / "short.wav"), live.Pace(math.inf))
+    assert [p.state for p in live.stream([source], [models["vib-te-aug"]])] == ["waiting"]
 
 
 @pytest.mark.parametrize("outlet", [["--json"], []])
@@ -221,7 +211,7 @@ class Stopping:
 def test_a_silent_source_is_stalled(models, pictures):
     go_on, predictions = threading.Event(), []
     n_stalled = 0
-    for prediction in stream([Stopping(pictures, go_on)], [models["sa-se"]]):
+    for prediction in live.stream([Stopping(pictures, go_on)], [models["sa-se"]]):
         predictions.append(prediction)
         n_stalled += prediction.state == "stalled"
         if n_stalled == 3:
@@ -247,7 +237,7 @@ def test_a_slow_listener_is_no_silent_source(models, pictures):
     never, said = threading.Event(), []
     never.set()
     source = Stopping(pictures, never)
-    for prediction in stream([source], [models["sa-se"]]):
+    for prediction in live.stream([source], [models["sa-se"]]):
         said.append(prediction)
         time.sleep(0.6)
     assert not any("nothing for" in trouble for p in said for trouble in p.troubles)
@@ -259,13 +249,15 @@ def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
     given = [
         event
         for i in range(WAITING_SOUNDS + 20)
-        for event in (pictures[i % 40], Sound(i, silence, 0.0))
+        for event in (pictures[i % 40], live.Sound(i, silence, 0.0))
     ]
     mailbox._pump(SimpleNamespace(events=lambda: given))
     kept = list(mailbox._events)
     newest = [pictures[i % 40] for i in range(WAITING_SOUNDS + 20)][-WAITING_FRAMES:]
-    assert [e for e in kept if isinstance(e, CameraFrame)] == newest
-    assert [e.time_s for e in kept if isinstance(e, Sound)] == list(range(20, WAITING_SOUNDS + 20))
+    assert [e for e in kept if isinstance(e, live.CameraFrame)] == newest
+    assert [e.time_s for e in kept if isinstance(e, live.Sound)] == list(
+        range(20, WAITING_SOUNDS + 20)
+    )
 
 
 def test_an_error_of_a_source_reaches_who_takes_its_events():
@@ -283,7 +275,7 @@ def test_an_error_of_a_source_reaches_who_takes_its_events():
 
 
 def test_a_camera_that_does_not_take_the_model_s_rate_is_refused(seeing):
-    camera = Camera("testsrc2=size=640x480:rate=60", 90, 640, 480, driver="lavfi")
+    camera = live.Camera("testsrc2=size=640x480:rate=60", 90, 640, 480, driver="lavfi")
     with pytest.raises(InputError, match=r"expected 90 frames/s, as the model .* found 60"):
         check_sources([camera], seeing)
     camera.close()
@@ -292,10 +284,10 @@ def test_a_camera_that_does_not_take_the_model_s_rate_is_refused(seeing):
 def test_a_camera_that_is_slow_vanishes_and_comes_back():
     """Through FFmpeg's own virtual camera: 15 frames a second for 1.4 s, again and again."""
     device = "testsrc2=size=640x480:rate=15:duration=1.4,realtime"
-    camera = Camera(device, 90, 640, 480, driver="lavfi")
+    camera = live.Camera(device, 90, 640, 480, driver="lavfi")
     pictures, said = [], []
     for event in camera.events():
-        (pictures if isinstance(event, CameraFrame) else said).append(event)
+        (pictures if isinstance(event, live.CameraFrame) else said).append(event)
         if len(said) == 3:
             camera.close()
     assert (

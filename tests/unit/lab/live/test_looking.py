@@ -14,15 +14,7 @@ from rich.console import Console
 from afferents.channels import Skin
 from afferents.dims import SA1
 from afferents.errors import InputError
-from afferents.lab.live import (
-    CameraFrame,
-    LivePipeline,
-    Sound,
-    Wanted,
-    find_sensor,
-    open_sources,
-    run,
-)
+from afferents.lab import live
 from afferents.lab.live.prediction import Counters, Newest, Prediction
 from afferents.lab.live.terminal import Screen
 from afferents.lab.live.touch import Filled, Touch
@@ -50,7 +42,7 @@ def shifts(n=40):
 
 def pictures(images, rate_hz=FPS, begin_s=0.0):
     for i, image in enumerate(images):
-        yield CameraFrame(Frame(begin_s + i / rate_hz, image), 0.0)
+        yield live.CameraFrame(Frame(begin_s + i / rate_hz, image), 0.0)
 
 
 class Played:
@@ -71,15 +63,17 @@ class Played:
 def sounds(samples, n=400):
     pieces = np.split(np.asarray(samples, np.float32)[:, None], len(samples) // n)
     return Played(
-        (Sound(i * n / RATE_HZ, piece, 0.0) for i, piece in enumerate(pieces)), "audio", RATE_HZ
+        (live.Sound(i * n / RATE_HZ, piece, 0.0) for i, piece in enumerate(pieces)),
+        "audio",
+        RATE_HZ,
     )
 
 
 def looked_at(images=(), samples=None, sensor=None, rate_hz=FPS):
     sources = [Played(pictures(images, rate_hz))] if len(images) else []
     sources += [] if samples is None else [sounds(samples)]
-    pipeline = LivePipeline.without_models(sources, sensor)
-    return pipeline, list(run(sources, pipeline))
+    pipeline = live.LivePipeline.without_models(sources, sensor)
+    return pipeline, list(live.run(sources, pipeline))
 
 
 def filled(markers, places, detected, grid):
@@ -178,9 +172,9 @@ def test_quality_says_what_is_wrong_with_pictures(squares):
     issues = [figure.issue for figure in figures(pipeline.video).values() if figure.issue]
     assert any(issue.startswith("Frames seem to repeat the one before") for issue in issues)
     slow = Played(pictures([still] * 120, 50.0))
-    pipeline = LivePipeline.without_models([slow])
+    pipeline = live.LivePipeline.without_models([slow])
     pipeline.video.quality._rate_hz = FPS  # what the camera was asked for
-    list(run([slow], pipeline))
+    list(live.run([slow], pipeline))
     assert "more slowly than the 90 a second" in figures(pipeline.video)["frame rate"].issue
     pipeline, predictions = looked_at([*[still] * 12, *[covered] * 150])
     assert predictions[-1].quality["n_lost"] == 80
@@ -284,7 +278,7 @@ def test_a_file_from_the_command_line(does, session, sounds, tmp_path):
 
 def test_sound_without_a_spectrum_is_refused_by_the_option_that_live_has():
     with pytest.raises(InputError, match="--audio: expected sound of at least 400 Hz, found 300"):
-        LivePipeline.without_models([Played([], "audio", 300.0)])
+        live.LivePipeline.without_models([Played([], "audio", 300.0)])
 
 
 @pytest.mark.parametrize(("declared", "heard"), [({"sensor_channel": 0}, 0), (None, 2)])
@@ -296,8 +290,8 @@ def test_a_replay_is_heard_on_the_channel_that_its_session_names(tmp_path, decla
     soundfile.write(folder / "audio.wav", samples, 8000, "FLOAT")
     if declared is not None:
         (tmp_path / "S" / "session.json").write_text(json.dumps(declared | {"audio_channels": 3}))
-    wanted = Wanted(frozenset({"audio"}))
-    (source,) = open_sources(None, f"replay:{folder}", wanted, speed=math.inf)
+    wanted = live.Wanted(frozenset({"audio"}))
+    (source,) = live.open_sources(None, f"replay:{folder}", wanted, speed=math.inf)
     pieces = np.concatenate([event.samples for event in source.events()])
     np.testing.assert_array_equal(pieces, samples[:, [heard]])
 
@@ -317,8 +311,8 @@ def test_a_replay_has_the_rate_that_its_session_declares(
     make_video(clip, np.zeros(12))
     (tmp_path / "S" / "session.toml").write_text(declared)
     replayed = clip.parent if clip.name == "video.mkv" else clip
-    wanted = Wanted(frozenset({"video"}))
-    (source,) = open_sources(f"replay:{replayed}", None, wanted, speed=math.inf)
+    wanted = live.Wanted(frozenset({"video"}))
+    (source,) = live.open_sources(f"replay:{replayed}", None, wanted, speed=math.inf)
     times_s = [event.time_s for event in source.events()]
     np.testing.assert_allclose(np.diff(times_s), 1 / rate_hz, atol=1e-6)
     assert (len(times_s), source.rate_hz) == (12, rate_hz)
@@ -358,10 +352,10 @@ radius_px = 6.5
 
 
 def test_the_rig_s_own_fingertip_is_known():
-    assert find_sensor("rig:g/50") == load_sensor("tip_b")
-    assert find_sensor("rig", load_sensor("hex127")) == load_sensor("hex127")
-    assert find_sensor("camera:0") is None
-    assert find_sensor(None) is None
+    assert live.find_sensor("rig:g/50") == load_sensor("tip_b")
+    assert live.find_sensor("rig", load_sensor("hex127")) == load_sensor("hex127")
+    assert live.find_sensor("camera:0") is None
+    assert live.find_sensor(None) is None
 
 
 def test_the_page_tells_what_is_lost_from_what_was_never_there():
@@ -393,25 +387,25 @@ def test_lost_frames_are_counted_by_the_times_of_the_others(squares, lost, rate_
         "bursts": {first + n for first in (40, 70, 100, 140) for n in range(10)},
     }[lost]
     still = squares[0.0]
-    seen = [CameraFrame(Frame(n / FPS, still), 0.0) for n in range(180) if n not in missing]
-    pipeline = LivePipeline.without_models([Played(seen, rate_hz=rate_hz)])
-    last = list(run([Played(seen, rate_hz=rate_hz)], pipeline))[-1]
+    seen = [live.CameraFrame(Frame(n / FPS, still), 0.0) for n in range(180) if n not in missing]
+    pipeline = live.LivePipeline.without_models([Played(seen, rate_hz=rate_hz)])
+    last = list(live.run([Played(seen, rate_hz=rate_hz)], pipeline))[-1]
     assert (last.counters.frames, last.counters.dropped) == (140, 40)
 
 
 @pytest.mark.parametrize("offset_s", [math.inf, -math.inf, math.nan])
 def test_an_offset_of_the_clocks_that_is_no_number_is_refused(moving, offset_s):
     with pytest.raises(InputError, match="--audio-offset-ms: expected a number of ms, found"):
-        LivePipeline.without_models([Played(pictures(moving))], audio_offset_s=offset_s)
+        live.LivePipeline.without_models([Played(pictures(moving))], audio_offset_s=offset_s)
 
 
 def test_images_are_played_at_the_rate_that_is_given(moving, tmp_path):
     for number, image in enumerate(moving[:12]):
         cv2.imwrite(str(tmp_path / f"{number:03}.png"), image)
     with pytest.raises(InputError, match="the rate at which the images were taken, found neither"):
-        find_sensor(str(tmp_path))
-    sensor = find_sensor(str(tmp_path), fps_hz=10.0)
-    (source,) = open_sources(str(tmp_path), None, Wanted(), math.inf, fps_hz=10.0)
+        live.find_sensor(str(tmp_path))
+    sensor = live.find_sensor(str(tmp_path), fps_hz=10.0)
+    (source,) = live.open_sources(str(tmp_path), None, live.Wanted(), math.inf, fps_hz=10.0)
     assert source.rate_hz == 10
-    pipeline = LivePipeline.without_models([source], sensor)
-    assert [p.time_s for p in run([source], pipeline)][-1] == pytest.approx(12 / 10)
+    pipeline = live.LivePipeline.without_models([source], sensor)
+    assert [p.time_s for p in live.run([source], pipeline)][-1] == pytest.approx(12 / 10)
