@@ -28,14 +28,12 @@ def test_models_of_single_frames_stay_as_they_are():
         vary_length(models[:1], (1, 20), Encodings())
 
 
-def test_a_study_goes_to_its_report(stores, tmp_path, run):
+def test_a_study_goes_to_its_report(stores, tmp_path, does):
     out = tmp_path / "r"
     asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1)
-    code, _, err = run(*asked, "--frames", "2,1", "--held-out", 40, "--out", out, "--quiet")
-    assert code == 0, err
+    does(*asked, "--frames", "2,1", "--held-out", 40, "--out", out, "--quiet")
     # Another length later joins those that are there.
-    code, printed, err = run(*asked, "--frames", "5,2", "--held-out", 40, "--out", out, "--quiet")
-    assert code == 0, err
+    printed = does(*asked, "--frames", "5,2", "--held-out", 40, "--out", out, "--quiet")
     assert "Accuracy by length of window" in printed
     results = afferents.load_results(out)
     assert results.summary["lengths"]["sa-wave"] == {
