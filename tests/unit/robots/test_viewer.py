@@ -25,11 +25,10 @@ def contents_of(path):
 
 
 @with_rerun
-def test_all_of_a_session_and_its_store(simulated, tmp_path, run):
+def test_all_of_a_session_and_its_store(simulated, tmp_path, does):
     session, store = simulated
     save = tmp_path / "touch.rrd"
-    code, out, _ = run("view", session, "4/60", "--store", store, "--save", save, "--json")
-    assert code == 0
+    out = does("view", session, "4/60", "--store", store, "--save", save, "--json")
     n = json.loads(out)["logged"]
     assert n["camera"] == n["camera/markers"] == n["sa1"] == n["ra1"] == 180
     assert n["microphone/dB"] == 200
@@ -37,15 +36,14 @@ def test_all_of_a_session_and_its_store(simulated, tmp_path, run):
     said = contents_of(save)
     for entity in n:
         assert f"/{entity}:" in said
-    code, out, _ = run("view", session, "--save", tmp_path / "film.rrd", "--json")
+    out = does("view", session, "--save", tmp_path / "film.rrd", "--json")
     assert json.loads(out)["logged"]["drum/speed_mm_s"] == n["drum/speed_mm_s"]
 
 
 @with_rerun
-def test_a_store_alone(simulated, tmp_path, run):
-    code, out, _ = run("view", simulated[1], "--save", tmp_path / "touch.rrd", "--json")
+def test_a_store_alone(simulated, tmp_path, does):
+    out = does("view", simulated[1], "--save", tmp_path / "touch.rrd", "--json")
     n = json.loads(out)["logged"]
-    assert code == 0
     assert "camera" not in n
     assert (n["sa1"], n["microphone/dB"]) == (180, 200)
 
