@@ -15,7 +15,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, with_seal
+from afferents.benchmark.tasks import TASKS, Task, all_tasks, data_infos, seal_text
 from afferents.files import write_text
 from afferents.recordings.described import PACKAGED, Described
 from afferents.recordings.fetch import public_sets
@@ -92,5 +92,5 @@ def fingerprint_of(data: str) -> str:
 if __name__ == "__main__":
     for name, task in all_tasks().items():
         path = TASKS / f"{name}.toml"
-        write_text(path, with_seal(path.read_text(), *sealed(task)))
+        write_text(path, seal_text(path.read_text(), *sealed(task)))
         print(name, *(found[:8] or "not known" for found in sealed(task)))

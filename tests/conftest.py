@@ -160,6 +160,18 @@ def run(monkeypatch, capsys):
     return command
 
 
+@pytest.fixture
+def does(run):
+    """Run a command line that must go through; return what it printed on stdout."""
+
+    def command(*arguments):
+        code, out, err = run(*arguments)
+        assert code == 0, err
+        return out
+
+    return command
+
+
 @pytest.fixture(scope="session")
 def small_session():
     """Three textures at three speeds, half a second of video and audio each."""

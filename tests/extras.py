@@ -5,52 +5,22 @@ it the test's own or the package's, whose sentence names it. Where everything is
 `make install` does, nothing is skipped for this.
 """
 
+import os
 import re
+import shutil
+from contextlib import contextmanager
 from importlib.util import find_spec
 
 import pytest
 
 OF_EXTRAS = {
-    "dask",
-    "distributed",
-    "dynamixel_sdk",
-    "elephant",
-    "grimp",
-    "h5py",
-    "ipykernel",
-    "mcap",
-    "mcap_ros2",
-    "mypy",
-    "myst_parser",
-    "nbclient",
-    "ndx_pose",
-    "ndx_sound",
-    "neo",
-    "nwbinspector",
-    "onnx",
-    "onnxruntime",
-    "onnxscript",
-    "playwright",
-    "pyarrow",
-    "pylsl",
-    "pynwb",
-    "pyspike",
-    "quantities",
-    "requests",
-    "rosbags",
-    "safetensors",
-    "serial",
-    "sklearn",
-    "skops",
-    "sounddevice",
-    "sphinx",
-    "sphinx_gallery",
-    "starlette",
-    "torch",
-    "trimesh",
-    "uvicorn",
-    "websockets",
-}
+    "dask", "distributed", "dynamixel_sdk", "elephant", "grimp", "h5py", "ipykernel", "mcap",
+    "mcap_ros2", "mypy", "myst_parser", "nbclient", "ndx_pose", "ndx_sound", "neo",
+    "nwbinspector", "onnx", "onnxruntime", "onnxscript", "playwright", "pyarrow", "pylsl",
+    "pynwb", "pyspike", "quantities", "requests", "rosbags", "safetensors", "serial", "sklearn",
+    "skops", "sounddevice", "sphinx", "sphinx_gallery", "starlette", "torch", "trimesh",
+    "uvicorn", "websockets",
+}  # fmt: skip
 ABSENT = {name for name in OF_EXTRAS if find_spec(name) is None}
 SAID = re.compile(r"No module named '(\w+)|`Import (\w+)` failed")  # the latter of pandas
 
@@ -64,6 +34,22 @@ def skip_if_lacking(text):
     """Skip the test whose command has printed that an extra is missing."""
     if name := lacking(text):
         pytest.skip(f"needs {name}")
+
+
+@contextmanager
+def open_browser(**how):
+    """Open a real browser; skip the test where there is none, unless one is required."""
+    from playwright.sync_api import sync_playwright
+
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
+            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
+        pytest.skip("no chromium on this machine: apt-get install chromium")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"], **how)
+        yield opened
+        opened.close()
 
 
 def _skipped(report, path):

@@ -137,15 +137,14 @@ def _processor():
     return sorted({line for line in lines if line.startswith(known)})
 
 
-def contents(folder):
-    """Return a checksum of every file."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
-def _noted(folder):
-    """Return the same by relative names, as it is kept."""
-    return {str(path.relative_to(folder)): found for path, found in contents(folder).items()}
+def contents(folder, *patterns):
+    """Return a checksum of every file, or of those whose names match, by their paths in there."""
+    found = (path for pattern in patterns or ["*"] for path in sorted(folder.rglob(pattern)))
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in found
+        if path.is_file()
+    }
 
 
 @contextmanager
@@ -158,14 +157,14 @@ def kept(name, make, made_by=()):
     there = folder(made_by, inspect.getsourcefile(inspect.unwrap(make))) / name
     sums = there.with_name(f"{name}.json")
     with FileLock(there.with_name(f"{name}.lock")):
-        if not (sums.exists() and _noted(there) == json.loads(sums.read_text())):
+        if not (sums.exists() and contents(there) == json.loads(sums.read_text())):
             aside = there.with_name(f"{name}.part")
             for old in (aside, there):
                 shutil.rmtree(old, ignore_errors=True)
             aside.mkdir()
             make(aside)
             aside.rename(there)
-            sums.write_text(json.dumps(_noted(there)))
-        before = _noted(there)
+            sums.write_text(json.dumps(contents(there)))
+        before = contents(there)
     yield there
-    assert _noted(there) == before, f"a test has changed {there}, which others read"
+    assert contents(there) == before, f"a test has changed {there}, which others read"

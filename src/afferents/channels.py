@@ -469,16 +469,6 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
         If a dim or the coordinate `time` is missing, or if times do not rise.
     """
     position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    step_s = _measure_steps(position)
-    squared = change(position) ** 2
-    speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
-    return speed.rename("marker_speed").assign_attrs(
-        {dims.UNITS: dims.PIXELS_PER_SECOND, "long_name": "speed of the marker in the image"}
-    )
-
-
-def _measure_steps(position: xr.DataArray) -> xr.DataArray:
-    """Return the time since the frame before, `(time)`, s, NaN for the first."""
     if dims.TIME not in position.coords:
         raise InputError(f"{dims.POSITION}: expected the coordinate '{dims.TIME}' in s, found none")
     time_s = position[dims.TIME].values
@@ -489,8 +479,13 @@ def _measure_steps(position: xr.DataArray) -> xr.DataArray:
             f"{dims.POSITION}: expected times that rise, found {time_s[frame]} s at frame {frame} "
             f"after {time_s[frame - 1]} s"
         )
-    steps = np.concatenate([[np.nan], step_s])[: len(time_s)]
-    return xr.DataArray(steps.astype(position.dtype), dims=dims.TIME)
+    steps = np.concatenate([[np.nan], step_s])[: len(time_s)].astype(position.dtype)
+    squared = change(position) ** 2
+    speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5
+    speed = speed / xr.DataArray(steps, dims=dims.TIME)
+    return speed.rename("marker_speed").assign_attrs(
+        {dims.UNITS: dims.PIXELS_PER_SECOND, "long_name": "speed of the marker in the image"}
+    )
 
 
 class Ra1Vector(MotionChannel):

@@ -52,7 +52,7 @@ REST_POSITION: Final = "rest_position"
 FRAME_CHANGE: Final = "frame_change"
 """Mean change of the picture since the frame before, both in the same light."""
 DRUM_POSITION: Final = "drum_position"
-"""Of the drum's surface under the fingertip, mm; see `store.drum_path`."""
+"""Distance that the drum's surface has moved under the fingertip, mm; see `store.drum_path`."""
 
 SPEED_SERIES: Final = "speed"
 """Along the surface, mm/s, where it changes within a recording; see `store.motion`."""
@@ -66,7 +66,7 @@ RA2: Final = "ra2"
 SA1_VECTOR: Final = "sa1_vector"
 RA1_VECTOR: Final = "ra1_vector"
 SA1_LOCAL: Final = "sa1_local"
-"""`SHEAR` is the name of a response, too."""
+"""Also `SHEAR`, which is the name of a dim as well."""
 
 
 # what each sample of an encoding carries, as coordinates on `sample`
@@ -78,7 +78,7 @@ MEAN_SPEED: Final = "mean_speed_mm_s"
 SPEED_CHANGE: Final = "speed_change"
 """Of a sample: what its fastest and slowest moments differ by, as a share of its mean speed."""
 DISTANCE: Final = "distance_mm"
-"""Coordinate of vibration, on `audio_time`: the way along the surface, where it is resampled."""
+"""Coordinate of vibration, on `audio_time`: distance along the surface, where it is resampled."""
 
 NAMED_BY_SPACING: Final = "named_by_spacing"
 """Attribute of recordings and samples, and key of summaries: textures are named by the spacing of

@@ -118,8 +118,10 @@ def _find_version(package: str) -> str | None:
 
 def _find_codecs(missing: list[str]) -> dict[str, str]:
     """Return which codecs PyAV was built with; nothing where there is no PyAV."""
-    found, av = {}, _import("av", missing)
-    for name, mode in CODECS.items() if av is not None else ():
+    found: dict[str, str] = {}
+    if (av := _import("av", missing)) is None:
+        return found
+    for name, mode in CODECS.items():
         try:
             av.Codec(name, mode)
             found[f"codec {name}"] = "there"

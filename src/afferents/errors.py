@@ -6,13 +6,13 @@ from pathlib import Path
 
 
 def reason_of(error: BaseException) -> str:
-    """Return in words why something failed: of the system's errors no number and no second path."""
+    """Return why something failed; of an error of the system its text, without number and path."""
     reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return " ".join(str(reason).split())
 
 
 def raised(error: BaseException) -> str:
-    """Return in a line what somebody else's code raised."""
+    """Return one line about an error that another package's code raised."""
     return f"{type(error).__name__}: {error}".partition("\n")[0]
 
 
@@ -32,13 +32,13 @@ class InputError(AfferentsError):
     """
 
     def at(self, where: object) -> "InputError":
-        """Return the same, found elsewhere: of a file, where the error knew of its content only."""
+        """Return the same error with a file in front, where it knew only the file's content."""
         return InputError(f"{where}: {str(self).partition(': ')[2]}")
 
 
 @contextmanager
 def reading(where: object, what: str, *kinds: type[Exception], do: str = "") -> Iterator[None]:
-    """Say in a sentence what somebody else's reader raises.
+    """Turn what another package's reader raises into one sentence.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def reading(where: object, what: str, *kinds: type[Exception], do: str = "") -> 
     Raises
     ------
     InputError
-        If it does. An error of ours is left as it is, and that memory is short.
+        If it does. Errors of this package and `MemoryError` pass unchanged.
     """
     if isinstance(where, Path) and not where.exists():
         raise InputError(f"{where}: expected {what}, found no such file{then(do)}")

@@ -155,11 +155,13 @@ def write_aside(target: Path, replaces: Recognise = Path.is_file) -> Iterator[Pa
             target.parent.mkdir(parents=True, exist_ok=True)
             yield partial
             require_free(target, replaces)
-            earlier = target.parent / _partial_name(target.name)
             if target.is_dir() and partial.is_dir():  # which can't take a folder's place
+                earlier = target.parent / _partial_name(target.name)
                 target.replace(earlier)
-            partial.replace(target)
-            remove(earlier)
+                partial.replace(target)
+                remove(earlier)
+            else:
+                partial.replace(target)
     except BaseException:
         remove(partial)
         for folder in made:

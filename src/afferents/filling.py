@@ -1,7 +1,7 @@
 """What stands for lost markers in a response.
 
 Filled are responses that are encoded for a model, offline (`evaluation.data`) and live
-(`live.images`). Spikes, the viewer and exported files keep a lost marker at rest (0) instead.
+(`lab.live.touch`). Spikes, the viewer and exported files keep a lost marker at rest (0) instead.
 """
 
 from functools import lru_cache

@@ -77,7 +77,15 @@ def named(where: str) -> Any:
     path = Path(module)
     if not path.is_file():
         raise InputError(f"{where}: expected a Python file, found no such file")
-    _forget_another(path.resolve(), where)
+    there = sys.modules.get(path.stem)
+    if there and Path(getattr(there, "__file__", None) or "").resolve() != path.resolve():
+        if path.stem not in _of_files:
+            raise InputError(
+                f"{where}: expected a file that has not the name of a module, found {path.stem}; "
+                "rename it"
+            )
+        del sys.modules[path.stem]  # of a file of the same name in another folder
+        invalidate_caches()
     found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
     _of_files.add(path.stem)
     pickler = import_module("cloudpickle")  # which joblib pickles with
@@ -122,20 +130,6 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
             )
         found = getattr(found, part)
     return found
-
-
-def _forget_another(file: Path, where: str) -> None:
-    """Let a file be imported although one of the same name was, from another folder."""
-    there = sys.modules.get(file.stem)
-    if there is None or Path(getattr(there, "__file__", None) or "").resolve() == file:
-        return
-    if file.stem not in _of_files:
-        raise InputError(
-            f"{where}: expected a file that has not the name of a module, found {file.stem}; "
-            "rename it"
-        )
-    del sys.modules[file.stem]
-    invalidate_caches()
 
 
 def reference_of(own: Any, what: str = "classifier") -> str:

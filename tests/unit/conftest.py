@@ -23,15 +23,3 @@ def example_cache(example_asked_twice, monkeypatch):
     folder, _ = example_asked_twice
     monkeypatch.setenv("AFFERENTS_CACHE", str(folder))
     return folder
-
-
-@pytest.fixture
-def does(run):
-    """Run a command line that must go through; return what it printed on stdout."""
-
-    def command(*arguments):
-        code, out, err = run(*arguments)
-        assert code == 0, err
-        return out
-
-    return command

@@ -18,6 +18,8 @@ from afferents.errors import AfferentsError, InputError
 from afferents.extraction import extract as extraction
 from afferents.parallel import on_cluster as submit
 
+from ..kept import contents
+
 pytestmark = pytest.mark.system
 
 OWN = Path(__file__).parent / "own" / "own_parts.py"
@@ -43,12 +45,6 @@ def local_cluster(n_workers=1, threads=1):
     return LocalCluster(
         n_workers=n_workers, threads_per_worker=threads, protocol="tcp", dashboard_address=":0"
     )
-
-
-def bytes_of(folder):
-    """Return the content of every file."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 @pytest.fixture
@@ -89,7 +85,7 @@ def test_extract_and_track_write_the_same_bytes(does, there, session, stores, tm
     does("track", session, tracked, "--workers", 1, "--quiet")
     for command, here in (("extract", stores["video"]), ("track", tracked)):
         there(command, session, tmp_path / f"{command}.zarr")
-        assert bytes_of(tmp_path / f"{command}.zarr") == bytes_of(here)
+        assert contents(tmp_path / f"{command}.zarr") == contents(here)
 
 
 def test_simulate_writes_the_same_bytes(does, there, tmp_path):
@@ -99,7 +95,7 @@ def test_simulate_writes_the_same_bytes(does, there, tmp_path):
     options = ("--textures", "g", "--seconds", "1.6", "--speeds", "50", *waves)
     does("simulate", tmp_path / "here", *options, "--workers", 1, "--quiet")
     there("simulate", tmp_path / "there", *options)
-    assert bytes_of(tmp_path / "there") == bytes_of(tmp_path / "here")
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
 
 
 def test_a_worker_killed_while_it_extracts_costs_time_alone(does, there, session, stores, tmp_path):
@@ -121,9 +117,9 @@ def test_a_worker_killed_while_it_extracts_costs_time_alone(does, there, session
     hunter.join(timeout=5)
     assert shot
     assert shot[0] != os.getpid()
-    assert {k: v for k, v in bytes_of(store).items() if ".partial-" not in k} == bytes_of(here)
+    assert {k: v for k, v in contents(store).items() if ".partial-" not in k} == contents(here)
     does("extract", session, store, "--workers", 1, "--quiet")
-    assert bytes_of(store) == bytes_of(here), "the next run clears up"
+    assert contents(store) == contents(here), "the next run clears up"
 
 
 def die():

@@ -17,7 +17,6 @@ def diagnose():
 
 
 NEEDS_TRAIN = pytest.mark.skipif("skops" in ABSENT, reason="needs the extra train")
-INSTALLED = doctor.version
 
 
 def test_here_nothing_is_missing():

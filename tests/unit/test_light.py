@@ -118,7 +118,7 @@ def test_functions_that_learn_say_it_too(light):
 def test_an_error_of_ours_is_not_hidden_behind_the_missing_package(light):
     raising = "def fail(): raise RuntimeError('of ours')"
     ended = light(
-        "-c", f"from afferents.cli import errors\n{raising}\nerrors.exit_code_of(fail, 0)"
+        "-c", f"from afferents.cli import errors\n{raising}\nerrors.run_to_exit_code(fail, 0)"
     )
     assert ended.stderr.endswith("RuntimeError: of ours\n")
     assert "torch" not in ended.stderr

@@ -17,10 +17,7 @@ from afferents.models.folder import is_model_folder
 from afferents.outputs import is_locked, writing_alone
 
 from ..conftest import shift_px
-
-
-def contents(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+from ..kept import contents
 
 
 @pytest.fixture

@@ -37,21 +37,10 @@ print(*sys.modules)
 """
 WINGS = ("afferents.lab", "afferents.neuro", "afferents.robots")
 EXTRAS = (
-    "onnx",
-    "onnxscript",
-    "pyarrow",
-    "skops",
-    "pylsl",
-    "serial",
-    "requests",
-    "dask",
-    "distributed",
-    "h5py",
-    "pynwb",
-    "neo",
-)
-EXTRAS += ("elephant", "rosbags", "rerun")
-EXTRAS += ("onnxruntime", "sounddevice", "starlette", "uvicorn", "websockets")
+    "onnx", "onnxscript", "pyarrow", "skops", "pylsl", "serial", "requests", "dask", "distributed",
+    "h5py", "pynwb", "neo", "elephant", "rosbags", "rerun", "onnxruntime", "sounddevice",
+    "starlette", "uvicorn", "websockets",
+)  # fmt: skip
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 
 
@@ -63,7 +52,7 @@ def printed_by(code):
 
 @pytest.mark.parametrize(
     ("removed", "left_out"),
-    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.lab.live.web.guard",))],
+    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.lab.live.web.application",))],
 )
 def test_the_package_works_without(removed, left_out):
     code = WITHOUT.format(removed=removed, left_out=("afferents.__main__", *left_out))

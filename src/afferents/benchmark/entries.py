@@ -1,7 +1,7 @@
 """What came out for a model on a task: one line of JSON, and tables of many."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -168,13 +168,16 @@ _ACCURACY = (
     "told", "whole", "mean", "95%", "sample, s", "0.1 s", "0.5 s", "1 s", "4 s", "90% at, s",
     "worst",
 )  # fmt: skip
-_BESIDE = (*CONTROLS, "calibration", "samples", "training, s", "prediction, ms")
+_COSTS = (*CONTROLS, "calibration", "samples", "training, s", "prediction, ms")
 
 
 def table(entries: Iterable[Entry]) -> pd.DataFrame:
     """Return a row an entry, of any tasks; accuracies in percent."""
-    rows = [(entry.task, entry.model, *_accuracy(entry), *_beside(entry)) for entry in entries]
-    return pd.DataFrame(rows, columns=["task", "model", *_ACCURACY, *_BESIDE])
+    rows = [
+        (entry.task, entry.model, *_list_accuracies(entry), *_list_costs(entry))
+        for entry in entries
+    ]
+    return pd.DataFrame(rows, columns=["task", "model", *_ACCURACY, *_COSTS])
 
 
 def tables_by_task(entries: Iterable[Entry]) -> Iterator[pd.DataFrame]:
@@ -185,26 +188,36 @@ def tables_by_task(entries: Iterable[Entry]) -> Iterator[pd.DataFrame]:
     by_task: dict[str, list[Entry]] = {}
     for entry in sorted(entries, key=lambda entry: -entry.whole):
         by_task.setdefault(entry.task, []).append(entry)
-    if len(by_task) > 1:
-        yield _glance(by_task)
+    if len(by_task) > 1:  # percent by model and task, the best anywhere first
+        tasks = sorted(by_task)
+        shares: dict[str, dict[str, float]] = {}
+        for name, its in by_task.items():
+            for entry in its:
+                shares.setdefault(entry.model, {})[name] = 100 * entry.whole
+        rows = [
+            (model, *(f"{of[name]:.0f}" if name in of else None for name in tasks))
+            for model, of in sorted(shares.items(), key=lambda one: -max(one[1].values()))
+        ]
+        caption = "Percent of whole recordings recognised."
+        yield make_table("All tasks", caption, ("model", *tasks), rows)
     for name, its in sorted(by_task.items()):
         one = its[0]
         few = ", so few that they say little" if one.n_replicates < _FEW else ""
         note = " Other recordings than the task is sealed with, if it is." * ("@" in name)
-        yield _printed(
+        yield _make_printed(
             f"{name}: {one.task_title}",
             f"{one.data.recordings} recordings{' (simulated)' if one.data.simulated else ''}; "
             f"percent recognised, chance {100 * one.chance:.1f}; intervals over "
             f"{one.n_replicates} {one.replicate}s{few}.{note}",
             _ACCURACY,
-            [(entry.model, *_accuracy(entry)) for entry in its],
+            [(entry.model, *_list_accuracies(entry)) for entry in its],
         )
-        yield _printed(
+        yield _make_printed(
             f"{name}: controls and cost",
             "Percent recognised with labels permuted, time shuffled, offsets or amplitudes alone; "
             "calibration error in percent.",
-            _BESIDE,
-            [(entry.model, *_beside(entry)) for entry in its],
+            _COSTS,
+            [(entry.model, *_list_costs(entry)) for entry in its],
         )
 
 
@@ -212,20 +225,7 @@ _FEW = 10
 """Replicates below which an interval is wide, whatever it says."""
 
 
-def _glance(by_task: Mapping[str, Sequence[Entry]]) -> pd.DataFrame:
-    """Return percent of whole recordings by model and task, the best anywhere first."""
-    found: dict[str, dict[str, float]] = {}
-    for name, its in by_task.items():
-        for entry in its:
-            found.setdefault(entry.model, {})[name] = 100 * entry.whole
-    order = sorted(found, key=lambda model: -max(found[model].values()))
-    tasks = sorted(by_task)
-    rows = [(m, *(f"{found[m][t]:.0f}" if t in found[m] else None for t in tasks)) for m in order]
-    caption = "Percent of whole recordings recognised."
-    return make_table("All tasks", caption, ("model", *tasks), rows)
-
-
-def _printed(
+def _make_printed(
     title: str, caption: str, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]
 ) -> pd.DataFrame:
     """Return a table without the columns that no entry has anything in."""
@@ -237,32 +237,32 @@ def _printed(
     return make_table(title, caption, ("model", *(columns[n - 1] for n in kept)), shown)
 
 
-def _accuracy(entry: Entry) -> tuple[Any, ...]:
+def _list_accuracies(entry: Entry) -> tuple[Any, ...]:
     low, high = entry.ci95
     return (
         {"none": "no", "given": "yes", "measured": "itself"}[entry.told_speed],
-        _percent(entry.whole),
-        _percent(entry.mean),
+        _round_percent(entry.whole),
+        _round_percent(entry.mean),
         f"{100 * low:.0f}–{100 * high:.0f}",
         round(entry.sample_s, 2),
-        *(_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")),
+        *(_round_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")),
         entry.seconds_to_90,
         f"{entry.worst.group}: {100 * entry.worst.accuracy:.0f}",
     )
 
 
-def _beside(entry: Entry) -> tuple[Any, ...]:
+def _list_costs(entry: Entry) -> tuple[Any, ...]:
     ms = entry.prediction_ms
     return (
-        *(_percent(entry.controls.get(name)) for name in CONTROLS),
-        _percent(entry.ece),
+        *(_round_percent(entry.controls.get(name)) for name in CONTROLS),
+        _round_percent(entry.ece),
         round(entry.train_samples),
         round(entry.train_seconds, 2),
         None if ms is None else float(f"{ms:.2g}"),
     )
 
 
-def _percent(share: float | None) -> float | None:
+def _round_percent(share: float | None) -> float | None:
     return None if share is None else round(100 * share, 1)
 
 

@@ -9,7 +9,6 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 from statistics import fmean, median
-from typing import Any
 
 import pandas as pd
 
@@ -18,7 +17,7 @@ from afferents.benchmark.tasks import Asked, Task, find_task
 from afferents.choices import PRESET_ASKED, Device, Preset
 from afferents.doctor import processor
 from afferents.errors import LeakageError
-from afferents.evaluation.fold_files import FoldFacts, finished_keys, load_fold
+from afferents.evaluation.fold_files import finished_keys, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, name_touches
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.plan import open_evaluation
@@ -99,7 +98,7 @@ def run(
     with Progress(quiet) as progress:
         given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}
         options = EvaluationOptions(models=models, **{**task.options, **given})
-        _make(task, Path(source), progress)
+        _simulate_data(task, Path(source), progress)
         plain = open_evaluation(source, Path(out), options, progress)
         question = task.asked_of(plain.recordings, plain.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
@@ -114,8 +113,8 @@ def run(
     for model in plain.models:
         if model.name not in results["none"].found.models:
             continue
-        entry = _entry(task, question, model, own.get(model.name, ""), words, results)
-        if reason := _knew_labels(entry):
+        entry = _make_entry(task, question, model, own.get(model.name, ""), words, results)
+        if reason := _describe_leak(entry):
             refused.append(reason)
             continue
         entry.write(Path(out) / ENTRIES, question.mark)
@@ -125,17 +124,16 @@ def run(
     return found
 
 
-def _make(task: Task, store: Path, progress: Progress) -> None:
+def _simulate_data(task: Task, store: Path, progress: Progress) -> None:
     """Simulate what a task of the rig needs, and extract it, where it is not there whole."""
-    if task.info is None or not task.info.made or holds_all(store):
-        return
-    session = store.with_name("session")
-    progress.note(f"simulating {task.info.title}, once: {store.parent}")
-    simulate(session, quiet=True, **task.info.made)
-    extract(session, store, quiet=True)
+    if task.info is not None and task.info.made and not holds_all(store):
+        session = store.with_name("session")
+        progress.note(f"simulating {task.info.title}, once: {store.parent}")
+        simulate(session, quiet=True, **task.info.made)
+        extract(session, store, quiet=True)
 
 
-def _entry(
+def _make_entry(
     task: Task,
     question: Asked,
     model: Model,
@@ -161,6 +159,15 @@ def _entry(
         for key in finished_keys(found.root)
         if key.model == model.name and key.protocol == "nested"
     ]
+    tried = ((s, _test_touches(rows, found, s)) for s in _TRIED_S)
+    enough_s = (s for s, share in tried if share is not None and share >= _ENOUGH)
+    spent_ms = [one.prediction_ms for one in facts if one.prediction_ms is not None]
+    names = [MODELS[part].encoding for part in model.parts] or [model.encoding]
+    path = Path(where.rpartition(":")[0])
+    its = path.read_bytes() if path.is_file() else None
+    command = ["afferents", "benchmark", "run", *words, "--models", where or model.name]
+    command += ["--preset", found.found.preset]
+    command += ["--seeds", f"{len(outcome.seeds)}"] if len(outcome.seeds) > 1 else []
     controls = {
         control: one.found.models[model.name]["nested"].mean_accuracy
         for control, one in results.items()
@@ -172,7 +179,7 @@ def _entry(
         folds=question.folds,
         model=model.name,
         title=model.title,
-        own=_own(where),
+        own=None if its is None else Own(where=where, sha256=hashlib.sha256(its).hexdigest()),
         told_speed=model.speed_from,
         preset=found.found.preset,
         seeds=outcome.seeds,
@@ -183,15 +190,19 @@ def _entry(
         chance=found.found.chance,
         worst=Worst(group=outcome.worst, accuracy=outcome.by[outcome.worst]),
         by=outcome.by,
-        by_touch={f"{s:g}": _of_touches(rows, found, s) for s in TOUCHES_S},
+        by_touch={f"{s:g}": _test_touches(rows, found, s) for s in TOUCHES_S},
         whole=outcome.recordings.mean_accuracy,
         sample_s=float((rows["stop_s"] - rows["start_s"]).median()),
-        encodings=_encodings(model, found.config),
-        seconds_to_90=_seconds_to_90(rows, found),
+        encodings={
+            name: found.config[name]
+            for name in names
+            if isinstance(name, str) and name in found.config
+        },
+        seconds_to_90=next(enough_s, None),
         ece=outcome.reliability.ece if outcome.reliability else None,
         train_samples=fmean(float((one.model_extra or {})["n_train"]) for one in facts),
         train_seconds=fmean(one.seconds for one in facts),
-        prediction_ms=_prediction_ms(facts),
+        prediction_ms=median(spent_ms) if spent_ms else None,
         controls=controls,
         data=Data(
             fingerprint=found.found.data[0].fingerprint,
@@ -205,17 +216,11 @@ def _entry(
         },
         machine=processor(),
         date=f"{date.today()}",
-        command=_command(words, where or model.name, found.found.preset, outcome.seeds),
+        command=shlex.join(command),
     )
 
 
-def _encodings(model: Model, config: dict[str, Any]) -> dict[str, Any]:
-    """Return the options of the encodings that a model's samples are made by, by their names."""
-    names = [MODELS[part].encoding for part in model.parts] or [model.encoding]
-    return {name: config[name] for name in names if isinstance(name, str) and name in config}
-
-
-def _knew_labels(entry: Entry) -> str:
+def _describe_leak(entry: Entry) -> str:
     """Return why a model is refused: it stays accurate where labels are exchanged. Or nothing."""
     permuted = entry.controls.get("permuted", entry.chance)
     is_known = stands_out(permuted, entry.mean, entry.chance, entry.data.recordings)
@@ -228,31 +233,7 @@ def _knew_labels(entry: Entry) -> str:
     )
 
 
-def _of_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
+def _test_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
     """Return the accuracy of touches of one length; None where there are none."""
     found = name_touches(rows, results.textures, seconds)
     return None if found is None else fmean(accuracy_by_group(found.named).values())
-
-
-def _seconds_to_90(rows: pd.DataFrame, results: Results) -> float | None:
-    tried = ((s, _of_touches(rows, results, s)) for s in _TRIED_S)
-    return next((s for s, share in tried if share is not None and share >= _ENOUGH), None)
-
-
-def _prediction_ms(facts: Sequence[FoldFacts]) -> float | None:
-    spent = [one.prediction_ms for one in facts if one.prediction_ms is not None]
-    return median(spent) if spent else None
-
-
-def _own(where: str) -> Own | None:
-    """Return where a model of somebody's own lies, and what tells its file from another."""
-    path = Path(where.rpartition(":")[0])
-    if not path.is_file():
-        return None
-    return Own(where=where, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
-
-
-def _command(task: Sequence[str], model: str, preset: str, seeds: Sequence[int]) -> str:
-    words = ["afferents", "benchmark", "run", *task, "--models", model]
-    several = ["--seeds", f"{len(seeds)}"] if len(seeds) > 1 else []
-    return shlex.join([*words, "--preset", preset, *several])

@@ -236,15 +236,16 @@ def seal(task: Path, data: Path | None = None) -> Asked:
     """
     read = Task.read(task, task.stem)
     found = read.asked_of(*read.opened(read.source(data)))
-    write_text(task, with_seal(task.read_text(encoding="utf-8"), found.folds, found.fingerprint))
+    text = seal_text(task.read_text(encoding="utf-8"), found.folds, found.fingerprint)
+    write_text(task, text)
     return found
 
 
-def with_seal(text: str, folds: str, fingerprint: str) -> str:
+def seal_text(text: str, folds: str, fingerprint: str) -> str:
     """Return a task's file with the checksums before its first table, in place of earlier ones."""
     text = re.sub(r"^(folds|fingerprint)\s*=.*\n", "", text, flags=re.MULTILINE)
     first = re.search(r"^\n*\[", text, flags=re.MULTILINE)
-    head, tail = (text[: first.start()], text[first.start() :]) if first else (text, "")
-    lines = [f'{key} = "{value}"\n' for key, value in
-             (("folds", folds), ("fingerprint", fingerprint)) if value]  # fmt: skip
-    return f"{head.rstrip()}\n{''.join(lines)}\n{tail.lstrip()}"
+    at = first.start() if first else len(text)
+    seals = {"folds": folds, "fingerprint": fingerprint}
+    lines = [f'{key} = "{value}"\n' for key, value in seals.items() if value]
+    return f"{text[:at].rstrip()}\n{''.join(lines)}\n{text[at:].lstrip()}"

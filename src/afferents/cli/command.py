@@ -19,7 +19,7 @@ from cyclopts.exceptions import (
 )
 
 from afferents.choices import flag_of
-from afferents.cli.signatures import REQUIRED, Argument, fields_of, signature_of
+from afferents.cli.signatures import REQUIRED, Argument, read_fields, read_signature
 from afferents.errors import InputError
 
 RARE = Group("Further options", sort_key=9)
@@ -95,7 +95,7 @@ class Command:
         found: dict[str, Argument] = {}
         for where in (self.function, *self.takes):
             _, _, name = where.partition(":")
-            own = fields_of(where) if name[0].isupper() else signature_of(where).arguments
+            own = read_fields(where) if name[0].isupper() else read_signature(where).arguments
             for one in own:
                 if where == self.function or one.default is not REQUIRED:
                     found.setdefault(one.name, one)
@@ -139,7 +139,7 @@ class Command:
         listed = sorted(self.arguments.values(), key=lambda one: order.get(one.name, len(order)))
         parameters = [self._parameter(one, show_all, from_file) for one in listed]
         if self.takes:
-            parameters += _of_encodings() if show_all else [_OTHERS]
+            parameters += _list_encoding_options() if show_all else [_OTHERS]
         parameters.sort(key=lambda one: (one.kind, one.default is not REQUIRED))
 
         def call(*given: Any, **options: Any) -> dict[str, Any]:
@@ -149,7 +149,7 @@ class Command:
 
         call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         call.__annotations__ = {one.name: one.annotation for one in parameters}
-        last, text = self.name.split()[-1], signature_of(self.function).text
+        last, text = self.name.split()[-1], read_signature(self.function).text
         return App(last, text, self.usage, default_command=call, group=group, version_flags=())
 
     def run(self, given: Mapping[str, Any]) -> None:
@@ -175,15 +175,15 @@ class Command:
                 raise InputError(f"{where}: expected a value, found none; {_see(self.name)}")
         if others := set(options) - set(arguments):
             options = self._with_others(options, others)
-        own = {one.name for one in signature_of(self.function).arguments}
+        own = {one.name for one in read_signature(self.function).arguments}
         as_json = options.get("as_json", False)
         if "as_json" not in own:
             options.pop("as_json", None)
         if "quiet" in own and as_json:
             options["quiet"] = True
-        output = _loaded(self.function)(**options)
+        output = _load(self.function)(**options)
         if self.shows:
-            output = _loaded(self.shows)(output, options)
+            output = _load(self.shows)(output, options)
         if output is not None:  # it did not print as it went
             say(as_json, output.content, *output.lines)
             fail_if_skipped(output.skipped)
@@ -193,7 +193,7 @@ class Command:
     def _words(self) -> tuple[str, ...]:
         if self.words is not None:
             return self.words
-        every = signature_of(self.function).arguments
+        every = read_signature(self.function).arguments
         return tuple(one.name for one in every if one.default is REQUIRED)
 
     def _parameter(self, one: Argument, show_all: bool, from_file: bool) -> inspect.Parameter:
@@ -227,7 +227,8 @@ class Command:
 
         arguments, found = self.arguments, {}
         names = {self.flag(one).removeprefix("--").replace("-", "_"): one for one in arguments}
-        for key, value in _content_of(path, f"options of 'afferents {self.name}' by name").items():
+        content = _read_content(path, f"options of 'afferents {self.name}' by name")
+        for key, value in content.items():
             plain = key.strip().replace("-", "_")
             plain = plain if plain in arguments else names.get(plain, plain)
             if plain in self.several and not isinstance(value, list | dict):
@@ -260,7 +261,11 @@ class Command:
         found = {name: value for name, value in options.items() if name not in others}
         for one in others:
             name = flags.get(flag_of(one), one)
-            found[name] = options[one] if name in texts else _read(options[one])
+            value = options[one]
+            for kind in (float, int) if isinstance(value, str) and name not in texts else ():
+                with suppress(ValueError):
+                    value = kind(options[one])
+            found[name] = value
         return found
 
 
@@ -272,7 +277,7 @@ _OTHERS = inspect.Parameter(
 )
 
 
-def sentence_of(error: CycloptsError, name: str) -> str:
+def describe_error(error: CycloptsError, name: str) -> str:
     """Return what is wrong with what was typed: what was expected, and what was found."""
     argument = getattr(error, "argument", None)
     flag = argument.name if argument is not None else ""
@@ -295,20 +300,12 @@ def _see(name: str) -> str:
     return f"'afferents {name} --help' lists what it takes"
 
 
-def _read(value: Any) -> Any:
-    """Return a number where a text is one."""
-    for kind in (int, float):
-        with suppress(ValueError):
-            return kind(value) if isinstance(value, str) else value
-    return value
-
-
-def _loaded(where: str) -> Any:
+def _load(where: str) -> Any:
     module, _, name = where.partition(":")
     return getattr(import_module(module), name)
 
 
-def _of_encodings() -> Iterator[inspect.Parameter]:
+def _list_encoding_options() -> Iterator[inspect.Parameter]:
     """Yield the options of all encodings, for help."""
     from afferents.encodings.settings import options
 
@@ -319,7 +316,7 @@ def _of_encodings() -> Iterator[inspect.Parameter]:
         yield inspect.Parameter(name, _BY_NAME, default=None, annotation=annotation)
 
 
-def _content_of(path: Path, what: str) -> Mapping[str, Any]:
+def _read_content(path: Path, what: str) -> Mapping[str, Any]:
     """Return the options that a TOML file gives, or JSON, such as a results folder's."""
     from afferents.documents import read_json, read_toml
 

@@ -16,7 +16,7 @@ from afferents.stopping import stopped_by
 STOPPED = "stopped; what is finished is kept"
 
 
-def exit_code_of(command: Callable[[], object], debug: bool) -> int:
+def run_to_exit_code(command: Callable[[], object], debug: bool) -> int:
     """Run a command; return its exit code, after saying what went wrong.
 
     Parameters
@@ -28,24 +28,27 @@ def exit_code_of(command: Callable[[], object], debug: bool) -> int:
         command()
     except Stopped as stop:
         traceback.clear_frames(stop.__traceback__)  # whoever waits in them tidies up
-        return _ended(STOPPED, debug, stop.code)
+        return _end(STOPPED, debug, stop.code)
     except BrokenPipeError:  # whoever read the output left
         return 1
-    except Exception as error:  # noqa: BLE001  told or raised again below
+    except Exception as error:
         if (number := stopped_by()) is not None:  # what was stopped failed in its own way
-            return _ended(STOPPED, debug, 128 + number)
-        return _failed(error, debug)
+            return _end(STOPPED, debug, 128 + number)
+        code = 3 if isinstance(error, PartialFailureError) else 2
+        if (sentence := _describe(error)) is None:
+            raise
+        return _end(sentence, debug, code)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(bool(end.code))
     return 0
 
 
-def exit_code_of_fault(fault: OSError, debug: bool) -> int:
+def end_after_fault(fault: OSError, debug: bool) -> int:
     """Return the exit code of a command whose work is done, and whose words nobody can take."""
-    return 1 if isinstance(fault, BrokenPipeError) else _ended(no_room(fault), debug)
+    return 1 if isinstance(fault, BrokenPipeError) else _end(describe_full(fault), debug)
 
 
-def no_room(error: OSError) -> str:
+def describe_full(error: OSError) -> str:
     """Return the sentence that says that nothing more can be printed."""
     return f"stdout: expected room for what the command says, found {error.strerror}"
 
@@ -63,30 +66,7 @@ def fail_if_skipped(skipped: Mapping[str, str]) -> None:
         raise PartialFailureError(f"skipped {len(skipped)} of the recordings: {reasons}")
 
 
-def _failed(error: Exception, debug: bool) -> int:
-    """Say what went wrong; return the exit code. What is no fault of the input is raised again."""
-    if isinstance(error, AfferentsError | OSError):
-        return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
-    if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
-        return _ended(_no_letters(error), debug)
-    if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
-        return _ended(str(missing), debug)
-    if _is_out_of_memory(error):
-        do = "run it again with less data, or where there is more"
-        return _ended(f"out of memory; {do}", debug)
-    raise error
-
-
-def _is_out_of_memory(error: Exception) -> bool:
-    """Tell whether memory is short; PyTorch is asked only where it was imported."""
-    if isinstance(error, RuntimeError) and "torch" in sys.modules:
-        from afferents.models.hardware import is_out_of_memory
-
-        return is_out_of_memory(error)
-    return isinstance(error, MemoryError)
-
-
-def _ended(sentence: str, debug: bool, code: int = 2) -> int:
+def _end(sentence: str, debug: bool, code: int = 2) -> int:
     """Say in one sentence why a command ended; return its exit code."""
     with suppress(OSError):
         if debug:
@@ -95,17 +75,24 @@ def _ended(sentence: str, debug: bool, code: int = 2) -> int:
     return code
 
 
-def _sentence(error: BaseException) -> str:
-    """Return what the error says; the system's own errors name the file first."""
-    if isinstance(error, OSError) and error.strerror:
+def _describe(error: Exception) -> str | None:
+    """Return what went wrong, in a sentence; None of what is no fault of the input."""
+    if isinstance(error, OSError) and error.strerror:  # the system's own name the file first
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return str(error)
+    if isinstance(error, AfferentsError | OSError):
+        return str(error)
+    if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
+        if error.object is None:  # of another process
+            return (  # type: ignore[unreachable]
+                "a name of a file or folder: expected letters of utf-8, found others; rename it"
+            )
+        found = error.object[max(0, error.start - 40) : error.end + 40]
+        return f"{found}: expected letters that {error.encoding} has, found others; rename it"
+    if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
+        return str(missing)
+    is_short = isinstance(error, MemoryError)
+    if isinstance(error, RuntimeError) and "torch" in sys.modules:  # else nothing of it is here
+        from afferents.models.hardware import is_out_of_memory
 
-
-def _no_letters(error: UnicodeEncodeError) -> str:
-    if error.object is None:  # of another process
-        return (  # type: ignore[unreachable]
-            "a name of a file or folder: expected letters of utf-8, found others; rename it"
-        )
-    found = error.object[max(0, error.start - 40) : error.end + 40]
-    return f"{found}: expected letters that {error.encoding} has, found others; rename it"
+        is_short = is_out_of_memory(error)
+    return "out of memory; run it again with less data, or where there is more" * is_short or None

@@ -32,13 +32,10 @@ def devices() -> Output:
         rows.append(("microphone", one.device, what))
     rows += [("serial port", port.port, port.name) for port in found.ports]
     rows += [("kind of drive", drive, "") for drive in found.drives]
+    kinds = {"camera": found.cameras, "microphone": found.microphones, "serial port": found.ports}
     absent = [
         f"No {name}."
-        for name, there in (
-            ("camera", found.cameras),
-            ("microphone", found.microphones),
-            ("serial port", found.ports),
-        )
+        for name, there in kinds.items()
         if not there and not any(note.startswith(name) for note in found.notes)
     ]
     return Output(asdict(found), [list_rows("Devices", ("", "", ""), rows), *absent, *found.notes])
@@ -224,6 +221,7 @@ def live(
     from afferents.plugins import import_extra
     from afferents.recordings.session_file import parse_rate
 
+    # What does not go together.
     has_several = max(map(len, (videos, audios, sensors))) > 1
     if signals is not None and (model or web or lsl or learn):
         raise InputError(
@@ -247,6 +245,7 @@ def live(
         import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else parse_rate(fps)
+    # Several fingertips: a process each.
     if has_several:
         same = {
             "signals": signals, "json": as_json, "web": web, "host": host, "token": token,
@@ -256,6 +255,7 @@ def live(
         _run_several(videos, audios, sensors, to, port, same, control)
         return
     video, audio, sensor = (given[0] if given else None for given in (videos, audios, sensors))
+    # One fingertip's signals.
     if signals is not None:
         if video is None:
             raise InputError("--video: expected a source, such as camera:0 or rig, found none")
@@ -265,6 +265,7 @@ def live(
         with controls.set_rest_on_request(tip.set_rest, control):
             given_out.give_signals(tip, names, places, name)
         return
+    # What models recognise, or a look at what comes in.
     for page in beside:
         if not page.partition("=")[2].isdecimal():
             raise InputError(f"--beside: expected a name and a port, as right=8801, found '{page}'")

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from afferents.cli.errors import no_room
+from afferents.cli.errors import describe_full
 from afferents.errors import AfferentsError
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def say(as_json: bool, content: Any, *lines: Any) -> None:
     except BrokenPipeError:
         raise  # who reads has heard enough
     except OSError as error:
-        raise AfferentsError(no_room(error)) from error
+        raise AfferentsError(describe_full(error)) from error
 
 
 def once_a_kind(problems: Sequence[str]) -> list[str]:

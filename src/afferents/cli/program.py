@@ -2,13 +2,14 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 from cyclopts import App, CycloptsError, Group
 
-from afferents.cli.command import Command, sentence_of
-from afferents.cli.errors import exit_code_of, exit_code_of_fault
-from afferents.cli.signatures import first_line
+from afferents.cli.command import Command, describe_error
+from afferents.cli.errors import end_after_fault, run_to_exit_code
+from afferents.cli.signatures import read_first_line
 from afferents.errors import InputError
 from afferents.progress import flush_streams, prepare_streams, silence_libraries
 from afferents.stopping import ignore_signals_briefly, stop_on_signals
@@ -140,16 +141,16 @@ COMMANDS = {one.name: one for group in _GROUPS.values() for one in group}
 """By name."""
 
 
-def app_of(arguments: Sequence[str]) -> App:
+def make_app(arguments: Sequence[str]) -> App:
     """Return the program as cyclopts reads it; only the command that is called is made whole."""
-    called = name_in(arguments)
+    called = find_name(arguments)
     app = App(
         name="afferents",
         help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
         help_epilogue="Add --debug to any command to see the traceback of an error. 'afferents "
         "--install-completion' lets the shell complete commands and options.",
         help_format="plaintext",
-        version=_version,
+        version=lambda: import_module("afferents.version").__version__,  # it looks packages up
     )
     completes = bool(arguments) and arguments[0] == "--install-completion"
     flags = [one.partition("=")[0] for one in arguments]
@@ -160,7 +161,7 @@ def app_of(arguments: Sequence[str]) -> App:
             if completes or command.name == called:
                 one = command.app(group, "--help-all" in flags, "--config" in flags)
             else:
-                about = first_line(command.function)
+                about = read_first_line(command.function)
                 one = App(last, about, group=group, version_flags=())
             one.sort_key = order
             (app[parent] if parent else app).command(one)
@@ -169,19 +170,13 @@ def app_of(arguments: Sequence[str]) -> App:
     return app
 
 
-def _version() -> str:
-    from afferents.version import __version__  # which looks packages up
-
-    return __version__
-
-
-def name_in(arguments: Sequence[str]) -> str:
+def find_name(arguments: Sequence[str]) -> str:
     """Return the name of the command that arguments begin with; empty if there is none."""
     names = [" ".join(arguments[:n]) for n in (2, 1)]
     return next((name for name in names if name in COMMANDS), "")
 
 
-def given_in(arguments: Sequence[str]) -> dict[str, Any] | None:
+def read_given(arguments: Sequence[str]) -> dict[str, Any] | None:
     """Return what the command that is called is given, by name; None if help was printed instead.
 
     Raises
@@ -189,14 +184,14 @@ def given_in(arguments: Sequence[str]) -> dict[str, Any] | None:
     InputError
         If it makes no sense.
     """
-    app, name = app_of(arguments), name_in(arguments)
+    app, name = make_app(arguments), find_name(arguments)
     if name and "--help-all" in arguments:
         app.help_print(name.split())
         return None
     try:
         call, given, _ = app.parse_args(list(arguments), print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        raise InputError(sentence_of(error, name)) from error
+        raise InputError(describe_error(error, name)) from error
     found: dict[str, Any] | None = call(*given.args, **given.kwargs)
     return found
 
@@ -211,8 +206,8 @@ def run(arguments: Sequence[str]) -> None:
     SystemExit
         If what was looked at is not as it should be.
     """
-    if (given := given_in(arguments)) is not None:
-        COMMANDS[name_in(arguments)].run(given)
+    if (given := read_given(arguments)) is not None:
+        COMMANDS[find_name(arguments)].run(given)
 
 
 def main() -> None:
@@ -223,9 +218,9 @@ def main() -> None:
     if not debug:
         silence_libraries()
     arguments = [text for text in sys.argv[1:] if text != "--debug"]
-    code = exit_code_of(lambda: run(arguments), debug)
+    code = run_to_exit_code(lambda: run(arguments), debug)
     ignore_signals_briefly()
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told
-        code = exit_code_of_fault(fault, debug)
+        code = end_after_fault(fault, debug)
     sys.exit(code)

@@ -6,8 +6,7 @@ Importing what computes takes seconds; a signature and its docstring stand in th
 import ast
 import inspect
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -49,7 +48,7 @@ class Signature:
     text: str
 
 
-def first_line(where: str) -> str:
+def read_first_line(where: str) -> str:
     """Return the first line of a function's docstring, given ``package.module:function``."""
     module, _, name = where.partition(":")
     found = re.search(
@@ -60,7 +59,7 @@ def first_line(where: str) -> str:
 
 
 @cache
-def signature_of(where: str) -> Signature:
+def read_signature(where: str) -> Signature:
     """Return what ``package.module:function`` takes."""
     from docstring_parser import DocstringStyle, parse
 
@@ -81,29 +80,24 @@ def signature_of(where: str) -> Signature:
 
 
 @cache
-def fields_of(where: str) -> tuple[Argument, ...]:
+def read_fields(where: str) -> tuple[Argument, ...]:
     """Return the fields of a pydantic model, ``package.module:Model``; its own come first."""
     module, _, name = where.partition(":")
     tree = ast.parse(_source(module))
     node = next(n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == name)
     names = {n.name for n in tree.body if isinstance(n, ast.ClassDef)}
-    found = list(_fields(node, tree))
-    for base in node.bases:
-        if isinstance(base, ast.Name) and base.id in names:
-            found += fields_of(f"{module}:{base.id}")
-    return tuple(found)
-
-
-def _fields(node: ast.ClassDef, tree: ast.Module) -> Iterator[Argument]:
+    found: list[Argument] = []
     for field, after in zip(node.body, [*node.body[1:], None], strict=True):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-            value = after.value if isinstance(after, ast.Expr) else None
-            text = str(value.value) if isinstance(value, ast.Constant) else ""
+            about = after.value if isinstance(after, ast.Expr) else None
+            text = str(about.value) if isinstance(about, ast.Constant) else ""
             first, *_ = text.split("\n\n")
-            one = Argument(
-                field.target.id, _kind(field.annotation, field.value), _value(field.value, tree)
-            )
-            yield replace(one, help=_plain(first))
+            kind, default = _kind(field.annotation, field.value), _value(field.value, tree)
+            found.append(Argument(field.target.id, kind, default, _plain(first)))
+    for base in node.bases:
+        if isinstance(base, ast.Name) and base.id in names:
+            found += read_fields(f"{module}:{base.id}")
+    return tuple(found)
 
 
 def _source(module: str) -> str:
@@ -115,8 +109,8 @@ def _value(node: ast.expr | None, tree: ast.Module) -> Any:
     """Return a default of a module's function; None for what is empty or computed."""
     if node is None:
         return REQUIRED
-    if isinstance(node, ast.Name):
-        return _constant(node.id, tree)
+    if isinstance(node, ast.Name | ast.Attribute):
+        return _find_constant(ast.unparse(node), tree)
     try:
         found = ast.literal_eval(node)
     except ValueError:
@@ -124,11 +118,15 @@ def _value(node: ast.expr | None, tree: ast.Module) -> Any:
     return None if found == () else found
 
 
-def _constant(name: str, tree: ast.Module) -> Any:
-    """Return the value of a name in a module, which it may import from another."""
+def _find_constant(name: str, tree: ast.Module) -> Any:
+    """Return the value of a name in a module, which it may import from another, or that module."""
+    within, _, last = name.rpartition(".")
     for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and name in [one.name for one in node.names]:
-            return _constant(name, ast.parse(_source(str(node.module))))
+        if isinstance(node, ast.ImportFrom) and (within or name) in [n.name for n in node.names]:
+            if within and node.module != "afferents":  # a field of what is imported
+                return None
+            module = f"afferents.{within}" if within else str(node.module)
+            return _find_constant(last, ast.parse(_source(module)))
         targets = node.targets if isinstance(node, ast.Assign) else []
         targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
         if isinstance(node, ast.Assign | ast.AnnAssign) and name in map(ast.unparse, targets):
@@ -142,7 +140,7 @@ def _kind(annotation: ast.expr | None, default: ast.expr | None) -> Any:
     kinds = [part.removeprefix("Sequence[").rstrip("]") for part in parts if part != "None"]
     usual = type(default.value) if isinstance(default, ast.Constant) else str
     usual = usual if usual in (int, float) else str
-    return _KINDS.get(kinds[0], usual) if len(kinds) == 1 else usual
+    return _KINDS.get(kinds[0].removeprefix("choices."), usual) if len(kinds) == 1 else usual
 
 
 def _plain(text: str, keep_paragraphs: bool = False) -> str:

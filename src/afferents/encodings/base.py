@@ -115,7 +115,7 @@ class Encoding(BaseModel, ABC):
     - `WindowEncoding` (`encodings.windows`), of windows of vibration, and write `features`;
     - or `VibrationEncoding`, of any other vibration, and write `require` and `samples`;
 
-    and give its `name` and the dims of a sample. One of vibration runs live if it has `stream` too.
+    and give its `name` and the dims of a sample. To run live, one of vibration needs `stream`, too.
     Give it as ``encoding=`` to `afferents.Model`, or name its class in
     `encodings.settings.ENCODINGS` and give a row of `models.model` to it.
 
@@ -300,7 +300,7 @@ class VibrationEncoding(Encoding):
         """
 
     def suits(self, responses: Responses) -> bool:
-        """Return that any vibration will do."""
+        """Return whether the responses can be encoded; here any can."""
         return True
 
     def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:

@@ -97,23 +97,6 @@ class ImageEncoding(Encoding):
             f"the encoding: expected one that writes of_runs or samples, found {self.name}"
         )
 
-    def of_frames(self, frames: Floats) -> NDArray[Any]:
-        """Return what can be worked out of frames one by one; here they themselves.
-
-        Live it is done once, though a frame is in as many runs as a run has frames.
-
-        Parameters
-        ----------
-        frames
-            (..., component, row, column), or (..., component, marker).
-        """
-        return frames
-
-    def of_run(self, frames: NDArray[Any], lookback: int) -> Floats:
-        """Return the sample that one run becomes, of what `of_frames` gives of its frames."""
-        sample: Floats = self.of_runs(frames[np.newaxis], lookback)[0]
-        return sample
-
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the coordinates of a sample's dims, where it has any."""
         return {}
@@ -220,10 +203,12 @@ class LastRun:
         """
         if self._encoding.of_pixels and image.ndim == 2:
             image = image[np.newaxis]
-        self._frames.append(self._encoding.of_frames(image))
+        self._frames.append(image)
         if len(self._frames) != self._frames.maxlen:
             return None
-        return self._encoding.of_run(np.stack(self._frames), self._lookback)
+        run = np.stack(self._frames)[np.newaxis]
+        sample: Floats = self._encoding.of_runs(run, self._lookback)[0]
+        return sample
 
 
 def frame_extents(

@@ -13,7 +13,7 @@ from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Indices, Option, Ready, SignalInfo
 from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.windows import STRIDE_OPTION, WINDOW_OPTION, Windowed
+from afferents.encodings.windows import STRIDE_OPTION, WINDOW_OPTION, StridedEncoding
 from afferents.errors import InputError
 
 _LEAST_SAMPLES = 128
@@ -22,7 +22,7 @@ FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
 
 
-class SpectralEncoding(Windowed):
+class SpectralEncoding(StridedEncoding):
     """The amplitude spectrum of a window is a sample; the defaults are the published ones.
 
     Attributes

@@ -9,7 +9,7 @@ from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.base import Floats, Option
-from afferents.encodings.images import RunsOfFrames
+from afferents.encodings.images import LastRun, RunsOfFrames
 from afferents.store.recording import spacing_mm
 
 
@@ -76,26 +76,11 @@ class WavenumberEncoding(RunsOfFrames):
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the waves of runs of images."""
-        return np.stack([self.of_run(self.of_frames(run), lookback) for run in runs])
+        return np.stack([measure_power(find_waves(run), lookback) for run in runs])
 
-    def of_frames(self, frames: Floats) -> NDArray[np.complex64]:
-        """Return the waves in tactile images (..., row, column), with their phases."""
-        n_rows, n_columns = frames.shape[-2:]
-        taper = np.outer(_taper(n_rows), _taper(n_columns)).astype(np.float32)
-        level = frames - frames.mean(axis=(-2, -1), keepdims=True)
-        return np.asarray(np.fft.rfft2(level * taper))
-
-    def of_run(self, frames: NDArray[np.complex64], lookback: int) -> Floats:
-        """Return the waves of one run, from those of its images, as `of_frames` gives them.
-
-        Of a response that looks back at no frame, SA-I, what stands still through the run is taken
-        out.
-        """
-        if lookback == 0:
-            frames = frames - frames.mean(axis=0, keepdims=True)
-        power = (np.abs(frames) ** 2).mean(axis=0)
-        logs = np.log(power + _LEAST_POWER)
-        return np.asarray(logs - logs.mean(), dtype=np.float32)
+    def stream(self, lookback: int) -> LastRun:
+        """Return what gives, at every image, the waves of the run that it ends."""
+        return LastWaves(self, lookback)
 
     def coordinates(self, runs: Floats) -> dict[str, Any]:
         """Return the wavenumbers of rows and columns."""
@@ -103,6 +88,32 @@ class WavenumberEncoding(RunsOfFrames):
         return {dims.ROW_WAVENUMBER: rows, dims.COLUMN_WAVENUMBER: columns}
 
 
-def _taper(n: int) -> NDArray[np.float64]:
-    """Return a Hann window without the zeros at its ends."""
-    return np.hanning(n + 2)[1:-1]
+class LastWaves(LastRun):
+    """A `LastRun` that finds the waves of an image once, though it is in many runs."""
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the waves of the run that an image ends; see `LastRun.feed`."""
+        self._frames.append(find_waves(image.reshape(-1, *image.shape[-2:])))
+        if len(self._frames) != self._frames.maxlen:
+            return None
+        return measure_power(np.stack(self._frames), self._lookback)
+
+
+def find_waves(images: Floats) -> NDArray[np.complex64]:
+    """Return the waves in tactile images (..., row, column), with their phases."""
+    rows, columns = (np.hanning(n + 2)[1:-1] for n in images.shape[-2:])  # no zeros at the ends
+    level = images - images.mean(axis=(-2, -1), keepdims=True)
+    return np.asarray(np.fft.rfft2(level * np.outer(rows, columns).astype(np.float32)))
+
+
+def measure_power(waves: NDArray[np.complex64], lookback: int) -> Floats:
+    """Return the log power of a run's waves, (frame, component, ...), less its mean over all.
+
+    Of a response that looks back at no frame, SA-I, what stands still through the run is taken
+    out.
+    """
+    if lookback == 0:
+        waves = waves - waves.mean(axis=0, keepdims=True)
+    power = (np.abs(waves) ** 2).mean(axis=0)
+    logs = np.log(power + _LEAST_POWER)
+    return np.asarray(logs - logs.mean(), dtype=np.float32)

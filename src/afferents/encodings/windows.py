@@ -1,4 +1,4 @@
-"""Windows of vibration: how they are cut, encodings of long ones, and a machine's lines in them."""
+"""Windows of vibration: cut from sound, resampled by distance, and a machine's lines taken out."""
 
 import math
 import re
@@ -25,9 +25,9 @@ from afferents.errors import InputError
 from afferents.store.motion import Series
 
 LINE_WIDTH = 2.0
-"""Times the resolution to either side that a line reaches through a Hann window's main lobe."""
+"""Half the width of a line's main lobe under a Hann window, in steps of the resolution."""
 _HEARD = 0.95
-"""Share of half the sample rate up to which frequencies are heard."""
+"""Frequencies up to this share of half the sample rate are used."""
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 _SMOOTH = 3.0
@@ -39,12 +39,12 @@ _DENSEST = 1000
 WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 HARMONICS = 8
-"""Of a line that are cut out."""
+"""This many harmonics of a line are cut out."""
 _LINE_SHARE = 0.01
 """A line that follows the speed is as wide as the speed is uneven: this share of its frequency."""
 
 
-class Windowed(VibrationEncoding):
+class StridedEncoding(VibrationEncoding):
     """An encoding of windows of vibration: a stride apart, or a number of them a recording."""
 
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
@@ -134,7 +134,7 @@ class Lines(BaseModel):
         return masked
 
 
-class WindowEncoding(Windowed):
+class WindowEncoding(StridedEncoding):
     """An encoding of windows that may be long, and of low frequencies.
 
     Attributes

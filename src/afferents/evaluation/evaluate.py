@@ -129,7 +129,9 @@ def samples(
     from afferents.evaluation import plan
 
     what, steady_s = split_named(split), parse_steady(steady, cut)
-    model = Model("samples", channel=channel, encoding=encoding, classifier=None)
+    model = Model(
+        "samples", channel=channel, encoding=encoding, classifier=None, speed_from="given"
+    )
     with Progress(quiet) as progress:
         opened = opening.open_data([data], progress=progress)
         encodings = opening.choose_encodings(opened, cut, options, steady_s)

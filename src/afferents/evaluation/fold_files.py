@@ -1,4 +1,4 @@
-"""A results folder while it fills: folds, marks of running jobs, the plan, what may stand together.
+"""A results folder while it fills: finished folds, marks of jobs, the plan, the configuration.
 
 Each finished fold is written whole, at once, and never trained again. Jobs leave a mark next to the
 folder that they will write: ``<group>.running`` while they train, ``<group>.failed`` if they could
@@ -113,23 +113,23 @@ class FoldFacts(FoldKey):
     """`fold.json`: a finished fold, and how its training went."""
 
     seconds: Amount
-    """Of training, testing included."""
+    """Of training and testing."""
     job_seconds: Amount | None = None
-    """The same with what was read and encoded for it."""
+    """The same with reading and encoding."""
     prediction_ms: Amount | None = None
-    """Of one test sample alone, median, ms; of models that can name one alone, under `nested`."""
+    """Of one test sample alone, median, ms; under `nested`."""
     validated_by: Speed | GroupName
-    """The speed that validated, mm/s; with another split the group."""
+    """The speed (mm/s) or group that validated."""
     validation_accuracy: Share
     """Of the weights that were kept."""
     epochs: Count
-    """That were trained; 0 for models that are solved at once."""
+    """Number of epochs; 0 for models solved in one step."""
     best_epoch: Count | None = None
-    """Number, from 1, of the epoch whose weights were kept."""
+    """The epoch whose weights were kept, from 1."""
     history: tuple[Epoch, ...] = ()
     """`accuracy`, `validation_accuracy` and losses of each epoch."""
     leaks: dict[str, Counted]
-    """What was seen of the test samples before the test; all 0 and false under `nested`."""
+    """What was seen of the test samples before the test."""
 
     @property
     def key(self) -> FoldKey:
@@ -253,9 +253,9 @@ class JobStatus:
     state
         ``stopped`` is a job whose process ended without a mark: killed, or out of memory.
     seconds
-        That it took, or has taken so far; None where it has not begun.
+        Time it took, or has taken so far; None where it has not begun.
     why
-        It failed.
+        Why it failed.
     """
 
     key: FoldKey
@@ -267,7 +267,7 @@ class JobStatus:
 def write_plan(
     results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | None = None
 ) -> None:
-    """Write down what is to be done, next to what was planned before and begun to be kept.
+    """Write the plan of the jobs to do, and keep the jobs of earlier plans that have results.
 
     Parameters
     ----------
@@ -377,7 +377,7 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
-    """Write the configuration, as far as another did not; called when a fold is about to be kept.
+    """Write the configuration unless it is there; called before the first fold is kept.
 
     Raises
     ------

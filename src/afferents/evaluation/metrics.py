@@ -281,7 +281,7 @@ def reliability(
 
 
 def measure_reliability(predictions: pd.DataFrame) -> results.Reliability | None:
-    """Return that of a table of predictions; None where it holds no probabilities."""
+    """Return the reliability of a table of predictions; None where it holds no probabilities."""
     columns = [name for name in predictions.columns if name.startswith(results.PROBABILITY)]
     if not columns or predictions.empty:
         return None

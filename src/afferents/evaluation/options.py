@@ -314,7 +314,7 @@ class EvaluationOptions(TrainingOptions):
 
     @property
     def protocols(self) -> list[Protocol]:
-        """Whether anything of the held-out speed may be seen before the test; nested first."""
+        """The protocols to run: `nested`, `published`, or both, nested first."""
         return [one for name, one in PROTOCOLS.items() if self.protocol in (name, "both")]
 
 

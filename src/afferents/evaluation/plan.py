@@ -1,4 +1,4 @@
-"""What is evaluated: models and options that the data support, and what all trainings go by."""
+"""What is evaluated: models and options that the data support; all trainings share `Evaluation`."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +11,7 @@ from afferents import dims
 from afferents.choices import Cut
 from afferents.encodings.settings import Encodings
 from afferents.encodings.settings import options as encoding_options
-from afferents.errors import InputError, then
+from afferents.errors import InputError
 from afferents.evaluation import data
 from afferents.evaluation.data import OpenedData, Origin
 from afferents.evaluation.fold_files import FRAMES, config_digest
@@ -140,12 +140,15 @@ def require_encodings(
 ) -> None:
     """Refuse options of encodings that do nothing, and encodings that lack a recording's speed.
 
+    And lines that follow the speed where a model does not know it: they would be cut out where the
+    recording's true speed puts them, and so give it away.
+
     Raises
     ------
     InputError
         Naming the option; or the model and the recording.
     """
-    every = encoding_options()
+    every = encoding_options() if encodings.wanted else {}
     for name, _ in encodings.wanted:
 
         def has_field(model: Model, name: str = name) -> bool:
@@ -154,13 +157,22 @@ def require_encodings(
 
         _require_use(every[name].flag if name in every else name, has_field, models)
     unknown = [str(r.attrs["name"]) for r in recordings if not has_speed(r)]
-    for model in models if unknown else ():
-        if any(source.encoding.needs_speed for source in data.find_sources(model, encodings)):
-            do = "leave the model out, or lines in /mm of its --mask"
-            raise InputError(
-                f"{model.name}: expected the speed of every recording, which its encoding needs, "
-                f"found none of {unknown[0]}{then(do)}"
-            )
+    for model in models:
+        sources = data.find_sources(model, encodings)
+        for part, (_, encoding) in zip(data.list_parts(model), sources, strict=True):
+            if encoding.needs_speed and part.speed_from != "given":
+                told = [name for name, one in MODELS.items() if one.speed_from == "given"]
+                raise InputError(
+                    "--mask: expected lines in Hz alone, or models that are told the speed "
+                    f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "
+                    "told by where they lie; leave out the lines in /mm"
+                )
+            if encoding.needs_speed and unknown:
+                raise InputError(
+                    f"{model.name}: expected the speed of every recording, which its encoding "
+                    f"needs, found none of {unknown[0]}; leave the model out, or lines in /mm of "
+                    "its --mask"
+                )
 
 
 def require_options(
@@ -191,7 +203,6 @@ def require_options(
         recipe = fitting.choose_recipe(model, encodings.of(model.encoding))
         return fitting.learns_in_a_loop(model) and recipe in options.recipe.changed
 
-    _require_no_hint_of_speed(models, encodings)
     require_encodings(models, encodings, recordings)
     corruptions: dict[str, Corruption] = {}
     if isinstance(options, EvaluationOptions):
@@ -216,23 +227,6 @@ def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
                 found = f"{model.name}, which learns from their {encoding.name}"
                 raise InputError(
                     f"--markers: expected models of tactile images or of vibration, found {found}"
-                )
-
-
-def _require_no_hint_of_speed(models: Sequence[Model], encodings: Encodings) -> None:
-    """Refuse lines that follow the speed where a model does not know it.
-
-    They would be cut out where the recording's true speed puts them, and so give it away.
-    """
-    for model in models:
-        sources = data.find_sources(model, encodings)
-        for part, source in zip(data.list_parts(model), sources, strict=True):
-            if source.encoding.needs_speed and part.speed_from != "given":
-                told = [name for name, one in MODELS.items() if one.speed_from == "given"]
-                raise InputError(
-                    "--mask: expected lines in Hz alone, or models that are told the speed "
-                    f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "
-                    "told by where they lie; leave out the lines in /mm"
                 )
 
 

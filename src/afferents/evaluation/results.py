@@ -99,7 +99,7 @@ class Accuracies(Schema):
     """Accuracy of samples, recordings or touches: mean over what was held out, and in each."""
 
     mean_accuracy: Share
-    """Mean over what was held out of the share of test samples recognised."""
+    """Share of test samples recognised, mean over what was held out."""
     ci95: Shares
     """Its 95% interval, low and high."""
     by: dict[GroupName, Share]
@@ -114,8 +114,8 @@ class WithInside(Accuracies):
     """Accuracy, and the same of the held-out speeds that lie between others."""
 
     inside: Accuracies | None
-    """The same of the held-out speeds between other held-out speeds: without the slowest and the
-    fastest. Null where there are none, and with another split: groups lie on no scale."""
+    """The same without the slowest and the fastest held-out speed. Null where none remain, and with
+    other splits than by speed."""
 
 
 class OfTouches(WithInside):
@@ -128,7 +128,7 @@ class OfTouches(WithInside):
 
 
 class Reliability(Schema):
-    """Samples gathered by confidence, the probability of the texture that they are named."""
+    """Samples gathered by confidence, the probability of the texture predicted."""
 
     ece: Share
     """Expected calibration error: the mean over samples of their bin's difference."""
@@ -153,33 +153,33 @@ class Outcome(WithInside):
     """`models.<name>.<protocol>` of `summary.json`: what came out for a model under a protocol."""
 
     recordings: WithInside
-    """The same of whole recordings: each is named by the sum of its samples' log-probabilities."""
+    """The same of whole recordings, by the sum of their samples' log-probabilities."""
     by_touch: dict[Key, OfTouches | None]
-    """The same of touches of about 0.11, 1 and 4 s (keys `"0.11"`, `"1"`, `"4"`), each named by the
-    mean log-probability of its samples. Null where samples are longer, or recordings shorter."""
+    """The same of touches of about 0.11, 1 and 4 s (keys `"0.11"`, `"1"`, `"4"`), by the mean
+    log-probability of their samples. Null where samples are longer, or recordings shorter."""
     macro_f1: Share
-    """Mean over textures of F1, all that was held out together."""
+    """F1, mean over textures."""
     confusion: tuple[tuple[Count, ...], ...]
-    """Counts, `[true][predicted]`, all that was held out and all seeds."""
+    """Counts, `[true][predicted]`, over all folds and seeds."""
     reliability: Reliability | None
     """Whether the model is right as often as it says; null where it gives no probabilities."""
     n_test: Count
-    """Test samples."""
+    """Number of test samples."""
     seeds: tuple[Count, ...]
     """Seeds of the trainings."""
     validations: dict[GroupName, Speed | GroupName]
-    """By what was held out, the speed (mm/s) or group that validated."""
+    """For each fold, the speed (mm/s) or group that validated."""
     validation_accuracy: dict[GroupName, tuple[Share, ...]]
-    """By what was held out, one value a seed."""
+    """For each fold and seed."""
     epochs: dict[GroupName, tuple[Count, ...]]
-    """By what was held out, one value a seed."""
+    """For each fold and seed."""
     best_epoch: dict[GroupName, tuple[Count, ...]]
-    """By what was held out, one value a seed: number, from 1, of the epoch whose weights were kept.
-    Empty for models that are solved at once."""
+    """The epoch whose weights were kept, from 1, for each fold and seed. Empty for models solved in
+    one step."""
     first_epoch: dict[GroupName, tuple[FirstEpoch, ...]]
-    """By what was held out, one a seed: accuracies of the first epoch. Empty likewise."""
+    """Accuracies of the first epoch, for each fold and seed; empty for the same models."""
     seconds: Amount
-    """Seconds of training, all together."""
+    """Seconds of training, in all."""
     leaks: dict[str, Counted]
     """Totals over folds; all 0 and false under `nested`."""
 
@@ -244,18 +244,18 @@ class Summary(Schema):
     """`summary.json`."""
 
     schema_version: Literal[3] = Field(alias="schema")
-    """Of the files."""
+    """Version of this format."""
     afferents: str
     """The version that wrote it."""
     data: tuple[Source, ...] = Field(min_length=1)
-    """For each source: `source`, `kind` (the data set: `store`, `dataset`, `fabricslide`, or the
-    name of your own), `fingerprint`, `n_recordings`, `simulated`."""
+    """For each source: `source`, `kind` (`store`, `dataset`, `fabricslide`, or your own),
+    `fingerprint`, `n_recordings`, `simulated`."""
     without: dict[str, str] = {}
     """Conditions of recordings that were left out."""
     n_used: Count | None = None
-    """How many recordings of all sources were used; only where it was not all of them."""
+    """How many recordings were used, if not all."""
     options: dict[str, Any] = {}
-    """Further options by name, as `evaluate` and a file given to `--config` take them."""
+    """Other options, as `--config` takes them."""
     cut: Cut
     """Part of the recordings that was used."""
     preset: str
@@ -263,27 +263,27 @@ class Summary(Schema):
     skipped: tuple[Skipped, ...]
     """`recording` and `reason` of what `--keep-going` left out."""
     issues: tuple[WithIssues, ...] = ()
-    """`recording`, and in sentences what was `found` wrong with it; only where there is any."""
+    """`recording`, and sentences on what was `found` wrong with it."""
     lost: Lost | None = None
-    """Share of marker positions that were lost; only where there are markers."""
+    """Share of marker positions that were lost."""
     named_by_spacing: bool = False
-    """True where textures are named by the spacing of their bumps in mm, as the published layout
-    has it: tables and figures then show the paper's letters; only where it is so."""
+    """True if textures are named by the spacing of their bumps in mm. Tables and figures then show
+    the paper's letters."""
     steady_s: Steady | None = None
-    """Start and stop, s, of the part of recordings that was used; only with `--steady`."""
+    """Start and stop, s, of the part that was used, with `--steady`."""
     control: str = "none"
-    """What was taken from all recordings; only with `--control`."""
+    """What was removed from all recordings, with `--control`."""
     penalty: str = "fixed"
-    """`searched` where `--penalty searched` was given."""
+    """`searched` with `--penalty searched`."""
     statistics: str = "warmed-up"
-    """`keras` where `--statistics keras` was given."""
+    """`keras` with `--statistics keras`."""
     recipe: dict[str, dict[str, Any]] = {}
-    """Hyperparameters by network that `--recipe` set; only where it was given."""
+    """Hyperparameters that `--recipe` set, by network."""
     disturb: Corruption = Corruption()
-    """How recordings that are tested were corrupted: amounts of `markers` (px), `sound`, `frames`
-    and `lost` (shares), and `seed`, without those that are 0; only with `--disturb`."""
+    """How the recordings tested were corrupted (`--disturb`): `markers` (px), `sound`, `frames` and
+    `lost` (shares), and `seed`, without those that are 0."""
     disturb_training: Corruption = Corruption()
-    """How recordings that are learnt from were corrupted; only with `--disturb-training`."""
+    """The same of those learnt from (`--disturb-training`)."""
     textures: tuple[str, ...] = Field(min_length=1)
     """Classes in order."""
     speeds_mm_s: tuple[Speed, ...] = ()
@@ -293,27 +293,26 @@ class Summary(Schema):
     groups: tuple[GroupName, ...] = ()
     """With another split: values of the condition as text, or numbers of arcs."""
     chance: Share
-    """Accuracy of always naming the texture that is there most often: 1 / number of textures,
-    where all have as many recordings."""
+    """Accuracy of always answering the most frequent texture."""
     recommended: str = ""
-    """The model that `best` stands for with these data; empty where they support none."""
+    """The model that `best` stands for with these data; empty if none."""
     left_out: tuple[str, ...] = ()
-    """Requested models that the data don't support."""
+    """Requested models that the data do not support."""
     titles: dict[str, str] = {}
-    """Titles of models of your own, by name; only where there are any."""
+    """Titles of models of your own, by name."""
     lengths: dict[str, dict[Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}$")], str]] = {}
-    """Where windows have several lengths (`--frames 1,2,5`): by name of the model, the model of
-    each length; these stand under `models` and `titles` like models of your own."""
+    """With several lengths (`--frames 1,2,5`), for each model: the model of each length. These are
+    in `models` and `titles`, as models of your own are."""
     intervals: Intervals
-    """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
+    """What intervals are drawn over: `replicate` (`texture` or `session`), and how many, `n`."""
     models: dict[str, dict[ProtocolName, Outcome]]
-    """By name and protocol, the outcome of a model, see below."""
+    """The outcome of each model, by name and protocol (below)."""
     selection_effect: dict[str, Difference] = {}
     """By model, published minus nested accuracy: `difference` and its `ci95`."""
     controls: dict[str, Accuracies] = {}
-    """Of data without markers: what a quick model recognises of the recordings as they are
-    (`none`), and once something was taken from them (`permuted`, `shuffled`, `offsets`,
-    `amplitudes`). A linear discriminant on log spectra, `nested`."""
+    """Of data without markers: what a linear discriminant on log spectra recognises (`nested`) of
+    the recordings as they are (`none`), and after something was removed (`permuted`,
+    `shuffled`, `offsets`, `amplitudes`)."""
     controls_left_out: str = ""
     """Of data without markers: why there are no `controls`."""
     comparisons: tuple[Comparison, ...] = ()

@@ -115,7 +115,11 @@ def measure_offset(
     basis, _ = np.linalg.qr(motion)
     step_s = np.float64(len(sound) / sample_rate_hz / n)  # a whole number of steps rarely fits
     at = np.arange(n) * step_s
-    explained = np.array([_explained(basis, heard, at, time + delay) for delay in delays])
+    explained = np.empty(len(delays))
+    for number, delay in enumerate(delays):  # the greatest share of a sum of sounds in the basis
+        sounds = np.stack([np.interp(time + delay, at, one) for one in heard.T], axis=1)
+        there, _ = np.linalg.qr(sounds)
+        explained[number] = np.linalg.svd(basis.T @ there, compute_uv=False)[0] ** 2
     best = int(explained[1:-1].argmax()) + 1
     if explained[best] < LEAST_EXPLAINED or best in (1, len(delays) - 2):
         raise InputError(
@@ -147,12 +151,6 @@ def _main_motions(position: Floats) -> Floats:
 def _filtered(signal: Floats) -> Floats:
     band = butter(2, BAND_HZ, "bandpass", fs=RATE_HZ, output="sos")
     return np.asarray(sosfiltfilt(band, signal, axis=0))
-
-
-def _explained(basis: Floats, heard: Floats, at: Floats, time: Floats) -> float:
-    """Return the greatest share in the basis, (n, k), of a sum of sounds, (m, 3), heard `at`."""
-    there, _ = np.linalg.qr(np.stack([np.interp(time, at, one) for one in heard.T], axis=1))
-    return float(np.linalg.svd(basis.T @ there, compute_uv=False)[0] ** 2)
 
 
 class Alignment(NamedTuple):

@@ -1,4 +1,4 @@
-"""The two evaluation protocols, frozen, by name, and the fold that one makes of samples.
+"""The two evaluation protocols, by name; `folds.splits` makes their folds.
 
 `published` is what the paper's code does (commit 880f9e4). `nested` never looks at the held-out
 speed, and stretches spectra without ringing, with the originals kept; so for spectra the two

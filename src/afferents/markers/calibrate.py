@@ -10,17 +10,11 @@ from numpy.typing import NDArray
 
 from afferents.documents import quoted
 from afferents.errors import InputError, then
+from afferents.markers import rest
 from afferents.markers.detect import Positions, spacing_px, turned, without_shine
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
-from afferents.markers.rest import (
-    N_FIRST,
-    N_FRAMES,
-    AtRest,
-    count_stale,
-    seen_at_rest,
-    still_picture,
-)
+from afferents.markers.rest import AtRest
 from afferents.markers.sensor import WHOLE, Picture, Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
@@ -104,16 +98,16 @@ def look_at_rest(video: Video, within: Picture = WHOLE) -> Clip:
     """
     if fault := within.misplaced(video.width, video.height):
         raise InputError(f"--{fault}; give x,y,radius, px, in the picture of {video.path}")
-    frames = list(islice(video.frames(), N_FIRST))
+    frames = list(islice(video.frames(), rest.N_FIRST))
     if not frames:
         raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
     images = [frame.image for frame in frames]
     at_first = estimate_detector(images[0], video.path, within)
-    rest_frame = count_stale(images, at_first)
-    images = images[rest_frame : rest_frame + N_FRAMES]
-    image, n_still = still_picture(images, at_first)
+    rest_frame = rest.count_stale(images, at_first)
+    images = images[rest_frame : rest_frame + rest.N_FRAMES]
+    image, n_still = rest.still_picture(images, at_first)
     sensor = estimate_detector(image, video.path, within)
-    seen, bits = seen_at_rest(image, sensor), frames[0].bits
+    seen, bits = rest.seen_at_rest(image, sensor), frames[0].bits
     return Clip(video, image, sensor, seen, n_still, len(images), rest_frame, bits)
 
 
@@ -158,11 +152,11 @@ def follow_on(clip: Clip, position: Positions) -> Followed:
     position
         The sensor's markers, shape (n, 2), px, maybe in another clip's picture.
     """
-    rest, present = match_layout(
+    placed, present = match_layout(
         clip.seen.position, position, clip.video.path, clip.seen.faint, needed=0.0
     )
-    tracker = Tracker(clip.sensor, rest, "windowed", clip.image, None, present)
-    n_found, n_frames, moved = np.zeros(len(rest), dtype=np.intp), 0, MovedFrames()
+    tracker = Tracker(clip.sensor, placed, "windowed", clip.image, None, present)
+    n_found, n_frames, moved = np.zeros(len(placed), dtype=np.intp), 0, MovedFrames()
     stop = clip.rest_frame + clip.n_still + MOST_FOLLOWED
     for index, frame in enumerate(islice(clip.video.frames(), clip.rest_frame, stop)):
         seen = tracker.step(frame.image)

@@ -8,16 +8,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
-from afferents.markers import kernel
-from afferents.markers.detect import (
-    Positions,
-    detect,
-    enlarged,
-    find_blobs,
-    scaled,
-    spacing_px,
-    without_shine,
-)
+from afferents.markers import detect, kernel
+from afferents.markers.detect import Positions
 from afferents.markers.grid import find_grid
 from afferents.markers.rest import rest_images
 from afferents.markers.sensor import (
@@ -105,7 +97,7 @@ def estimate_detector(
         If there are fewer than `FEWEST` blobs of like size.
     """
     guesses = [_guess(image, colour, within) for colour in (255, 0)]
-    spacing = spacing_px(max(guesses, key=lambda guess: guess.score).found)
+    spacing = detect.spacing_px(max(guesses, key=lambda guess: guess.score).found)
     spacing = spacing if spacing > 0 else SPACING_SHARE * image.shape[0]
     shine_px = max(3, 2 * round(SHINE_SHARE * spacing / 2) + 1)
     guesses += [_guess(image, colour, within, shine_px) for colour in (255, 0)]
@@ -125,7 +117,7 @@ def estimate_detector(
             f"{where}: expected at least {FEWEST} bright or dark blobs of like size{part}, found "
             f"{len(chosen.found)}{describe_no_light(image)}; {do}"
         )
-    gate_px = round(GATE_SHARE * spacing_px(chosen.found), 1)
+    gate_px = round(GATE_SHARE * detect.spacing_px(chosen.found), 1)
     return chosen.sensor.model_copy(update={"gate_px": gate_px})
 
 
@@ -153,8 +145,9 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
         picture=within,
         detector=any_blob,
     )
-    centre, area = find_blobs(enlarged(without_shine(image, any_blob), times), any_blob)
-    centre, area = scaled(centre, 1 / times), area / times**2
+    plain = detect.enlarged(detect.without_shine(image, any_blob), times)
+    centre, area = detect.find_blobs(plain, any_blob)
+    centre, area = detect.scaled(centre, 1 / times), area / times**2
     shown = within.shows(centre)
     centre, area = centre[shown], area[shown]
     if len(area):
@@ -173,10 +166,10 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
     least, most = (round(share * typical, 1) for share in LIKE_SIZE)
     blobs = any_blob.model_copy(update={"min_area_px2": least, "max_area_px2": most})
     sensor = sensor.model_copy(update={"detector": discs})
-    found = detect(image, sensor)
+    found = detect.detect(image, sensor)
     if len(found) < MOST_DISCS * len(centre):
         sensor = sensor.model_copy(update={"detector": blobs})
-        found = detect(image, sensor)
+        found = detect.detect(image, sensor)
     agree = min(len(centre), len(found)) / max(len(centre), len(found))
     shines = shine_px is not None and len(found) > 0 and _shine(image, found, discs)
     score = 0.0
@@ -190,7 +183,7 @@ def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None 
 
 def _shine(image: GreyImage, found: Positions, discs: DiscDetector) -> bool:
     """Return whether most markers' middles have another grey than without highlights."""
-    plain = without_shine(image, discs)
+    plain = detect.without_shine(image, discs)
     skin, marker = np.empty((2, len(found)))
     kernel.levels(plain, found, np.full(len(found), round(discs.radius_px + 1)), skin, marker)
     x, y = np.rint(found).astype(int).T
@@ -215,7 +208,7 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     """
     published = load_sensor("tip_b")
     image = rest_images(video, published.rest_frame)[0]
-    blobs = detect(image, published)
+    blobs = detect.detect(image, published)
     found = len(blobs)
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."

@@ -12,34 +12,12 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
+from afferents.markers import detect, rest
 from afferents.markers.cells import Cells
-from afferents.markers.detect import (
-    NO_BLOB,
-    Positions,
-    detect,
-    enlarged,
-    link_nearest,
-    link_one_to_one,
-    scaled,
-    spacing_px,
-    without_shine,
-)
+from afferents.markers.detect import Positions
 from afferents.markers.grid import Grid
-from afferents.markers.rest import (
-    BITS,
-    N_FIRST,
-    STALE,
-    check_size,
-    count_stale,
-    find_rest_markers,
-    median_picture,
-    order_markers,
-    rest_images,
-    rest_seen,
-    too_short,
-)
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
+from afferents.markers.windowed import Audit, Renamed, Tracked, WindowedTracker, nearest_markers
 from afferents.quality.frames import mean_motion, sample_pixels
 from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, make_grey
@@ -49,9 +27,9 @@ KNOCK_PX = 5.0
 
 
 def label_tracks(
-    time_s: list[float], tracked: Sequence[Tracked], rest: Positions, grid: Grid | None
+    time_s: list[float], tracked: Sequence[Tracked], rest_position: Positions, grid: Grid | None
 ) -> xr.Dataset:
-    """Put names, units and the untracked frames at the start to the arrays.
+    """Return the arrays with names and units, and with the untracked frames at the start.
 
     Parameters
     ----------
@@ -59,12 +37,12 @@ def label_tracks(
         Of every frame of the video, s.
     tracked
         The markers in its last frames, from the rest frame on.
-    rest
+    rest_position
         Where displacement counts from, shape (n, 2), px.
     grid
         Places of the markers; None for layouts without.
     """
-    shape = (len(time_s), len(rest))
+    shape = (len(time_s), len(rest_position))
     position, detected = np.full((*shape, 2), np.nan), np.zeros(shape, dtype=bool)
     for index, frame in enumerate(tracked, start=len(time_s) - len(tracked)):
         position[index], detected[index] = frame.position, frame.detected
@@ -73,7 +51,7 @@ def label_tracks(
         {
             dims.POSITION: ((dims.TIME, dims.MARKER, dims.SPACE), position, px),
             dims.DETECTED: ((dims.TIME, dims.MARKER), detected),
-            dims.REST_POSITION: ((dims.MARKER, dims.SPACE), rest, px),
+            dims.REST_POSITION: ((dims.MARKER, dims.SPACE), rest_position, px),
         },
         coords={
             dims.TIME: (dims.TIME, np.asarray(time_s), {dims.UNITS: dims.SECONDS}),
@@ -111,7 +89,7 @@ class Tracker:
     present
         Which markers the rest frame shows, shape (n,); None for all.
     method
-        ``windowed``: centroids in windows round the expected places, see `Windowed`.
+        ``windowed``: centroids in windows round the expected places, see `WindowedTracker`.
         ``one-to-one``: all blobs of every frame; a blob belongs to one marker at most. With both
         a lost marker is NaN and not detected; it is looked for where its neighbours'
         displacement from rest says it is, so it comes back under its own name.
@@ -144,7 +122,7 @@ class Tracker:
         self.grid: Grid | None = None
         self.jump_px, self.audit = 0.0, Audit()
         self.renamed: Renamed | None = None
-        self._windowed: Windowed | None = None
+        self._windowed: WindowedTracker | None = None
         self._expected: Positions | None = None
         if rest_position is not None:
             self._begin(rest_position, rest_image)
@@ -170,15 +148,15 @@ class Tracker:
             return self._find(image)
         if self.method == "windowed":
             windowed = self._windowed or self._start(image)
-            seen = windowed.step(image if self._times == 1 else enlarged(image, self._times))
+            seen = windowed.step(image if self._times == 1 else detect.enlarged(image, self._times))
             self.jump_px, self.renamed = windowed.jump_px / self._times, windowed.renamed
             if self._times == 1:
                 return seen
-            return Tracked(scaled(seen.position, 1 / self._times), seen.detected)
-        blobs = detect(make_grey(image, self._levels), self.sensor)
-        link = link_nearest if self.method == "published" else link_one_to_one
+            return Tracked(detect.scaled(seen.position, 1 / self._times), seen.detected)
+        blobs = detect.detect(make_grey(image, self._levels), self.sensor)
+        link = detect.link_nearest if self.method == "published" else detect.link_one_to_one
         blob = link(self._expected, blobs, self.sensor.gate_px)
-        detected = blob != NO_BLOB
+        detected = blob != detect.NO_BLOB
         position = np.full_like(self._expected, np.nan)
         position[detected] = blobs[blob[detected]]
         if self.method == "published":
@@ -192,11 +170,11 @@ class Tracker:
         """Find the markers of the first frame, which is assumed to show the skin at rest."""
         where, grey = "the first frame", make_grey(image, self._levels)
         first = self.sensor.model_copy(update={"rest_frame": 0})
-        found = find_rest_markers([grey], first, where, self.method)
-        rest = order_markers(found, first, self.method, None, where)
-        self._present, self.grid = rest.present, rest.grid
-        self._begin(rest.position, image)
-        return self.at_rest(rest.present)
+        found = rest.find_rest_markers([grey], first, where, self.method)
+        ordered = rest.order_markers(found, first, self.method, None, where)
+        self._present, self.grid = ordered.present, ordered.grid
+        self._begin(ordered.position, image)
+        return self.at_rest(ordered.present)
 
     def at_rest(self, present: NDArray[np.bool_]) -> Tracked:
         """Return the rest frame's markers, of which those `present`, shape (n,), were found."""
@@ -211,12 +189,13 @@ class Tracker:
         self._expected = rest_position.copy()
         self._neighbours = nearest_markers(rest_position)[1]
 
-    def _start(self, image: GreyImage) -> Windowed:
+    def _start(self, image: GreyImage) -> WindowedTracker:
         """Measure the markers in the rest frame, or in the first one for want of it."""
         sensor = self.sensor if self._times == 1 else self.sensor.enlarged()
-        rest, image = scaled(self.rest_position, self._times), enlarged(image, self._times)
-        self._windowed = Windowed(sensor, rest, image, self._levels, self._present)
-        self.rest_position = scaled(self._windowed.rest_position, 1 / self._times)
+        position = detect.scaled(self.rest_position, self._times)
+        image = detect.enlarged(image, self._times)
+        self._windowed = WindowedTracker(sensor, position, image, self._levels, self._present)
+        self.rest_position = detect.scaled(self._windowed.rest_position, 1 / self._times)
         self.audit = self._windowed.audit
         return self._windowed
 
@@ -245,8 +224,9 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
     InputError
         As `track` does.
     """
-    check_size(video.path, (video.width, video.height), sensor)
-    return find_rest_markers(rest_images(video, sensor.rest_frame), sensor, video.path).position
+    rest.check_size(video.path, (video.width, video.height), sensor)
+    images = rest.rest_images(video, sensor.rest_frame)
+    return rest.find_rest_markers(images, sensor, video.path).position
 
 
 def ordered_rest(video: Video, sensor: Sensor) -> Positions:
@@ -257,9 +237,9 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     InputError
         As `track` does.
     """
-    check_size(video.path, (video.width, video.height), sensor)
-    frames = [Frame(0.0, image) for image in rest_images(video, sensor.rest_frame)]
-    n_stale = count_stale([frame.image for frame in frames], sensor)
+    rest.check_size(video.path, (video.width, video.height), sensor)
+    frames = [Frame(0.0, image) for image in rest.rest_images(video, sensor.rest_frame)]
+    n_stale = rest.count_stale([frame.image for frame in frames], sensor)
     return start_at_rest(frames[n_stale:], video.path, sensor).tracker.rest_position
 
 
@@ -311,20 +291,20 @@ def track_markers(
         If the video is of another size than the sensor file says, ends before the rest frame,
         does not show the markers that the sensor file declares, or its times go back.
     """
-    check_size(video.path, (video.width, video.height), sensor)
+    rest.check_size(video.path, (video.width, video.height), sensor)
     if sensor.layout == dims.CELLS and (method != "windowed" or count_from is not None):
         option = "--rest reference" if count_from is not None else f"--tracker {method}"
         found = f"'{sensor.name}' of cells"
         raise InputError(f"{option}: expected a sensor with markers, found {found}; leave it out")
     passed = _Passed()
     coming = passed.frames_of(video)
-    at_rest = list(islice(coming, sensor.rest_frame + N_FIRST))[sensor.rest_frame :]
+    at_rest = list(islice(coming, sensor.rest_frame + rest.N_FIRST))[sensor.rest_frame :]
     if passed.stopped and not (at_rest and keep_partial):
         raise AfferentsError(passed.stopped)
     if not at_rest:
-        raise too_short(video, sensor.rest_frame, len(passed.time_s))
+        raise rest.too_short(video, sensor.rest_frame, len(passed.time_s))
     images = [frame.image for frame in at_rest]
-    n_stale = 0 if method == "published" else count_stale(images, sensor)
+    n_stale = 0 if method == "published" else rest.count_stale(images, sensor)
     at_rest = at_rest[n_stale:]
     tracker, first, grid, seen = start_at_rest(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
@@ -342,8 +322,7 @@ def track_markers(
             f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
             "fps_hz into session.toml: times then count from it"
         )
-    rest = own if count_from is None else count_from
-    tracks = label_tracks(passed.time_s, tracked, rest, grid)
+    tracks = label_tracks(passed.time_s, tracked, own if count_from is None else count_from, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(passed.change))
     return tracks.assign_attrs(
         sensor=sensor.name,
@@ -352,8 +331,8 @@ def track_markers(
         stopped=passed.stopped,
         jumps_s=jumps_s,
         **seen,
-        **({STALE: n_stale} if n_stale else {}),
-        **({BITS: bits} if (bits := at_rest[0].bits) > 8 else {}),
+        **({rest.STALE: n_stale} if n_stale else {}),
+        **({rest.BITS: bits} if (bits := at_rest[0].bits) > 8 else {}),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 
@@ -418,16 +397,16 @@ def start_at_rest(
         cells = Cells(frames, sensor, where)
         return Begun(cells, cells.first, cells.grid, {})
     images = [frame.image for frame in frames]
-    found = find_rest_markers(images, sensor, where, method, led=reference is not None)
-    rest = order_markers(found, sensor, method, reference, where)
-    still = median_picture([frame.luma for frame in frames[: found.n_still]])
-    tracker = Tracker(sensor, rest.position, method, still, frames[0].levels, rest.present)
-    shown = rest.position[rest.present] if rest.present.any() else found.position
+    found = rest.find_rest_markers(images, sensor, where, method, led=reference is not None)
+    ordered = rest.order_markers(found, sensor, method, reference, where)
+    still = rest.median_picture([frame.luma for frame in frames[: found.n_still]])
+    tracker = Tracker(sensor, ordered.position, method, still, frames[0].levels, ordered.present)
+    shown = ordered.position[ordered.present] if ordered.present.any() else found.position
     picture = measure_image_quality(
-        without_shine(images[0], sensor.looks), shown, spacing_px(shown)
+        detect.without_shine(images[0], sensor.looks), shown, detect.spacing_px(shown)
     )
-    seen = rest_seen(found, rest) | vars(picture)
-    return Begun(tracker, tracker.at_rest(rest.present), rest.grid, seen)
+    seen = rest.rest_seen(found, ordered) | vars(picture)
+    return Begun(tracker, tracker.at_rest(ordered.present), ordered.grid, seen)
 
 
 def _follow(

@@ -108,7 +108,7 @@ class Renamed(NamedTuple):
             frame.detected[self.which] = False
 
 
-class Windowed:
+class WindowedTracker:
     """Follows markers from frame to frame.
 
     Parameters

@@ -1,4 +1,4 @@
-"""What a classifier is: scores of textures from samples."""
+"""What a classifier is: `Network` (trained in epochs) and `Solved` (solved at once)."""
 
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, NamedTuple, Self, cast

@@ -208,8 +208,9 @@ def list_names(wanted: str | Model | Sequence[str | Model]) -> list[str]:
 
 def list_wanted(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
     """Return what names models, texts and objects, as a list."""
-    is_one = isinstance(wanted, str) or not isinstance(wanted, Iterable)
-    found = [wanted] if is_one else list(wanted)
+    found = (
+        list(wanted) if isinstance(wanted, Iterable) and not isinstance(wanted, str) else [wanted]
+    )
     for one in found:
         if not isinstance(one, str | Model):
             raise InputError(f"--models: expected names, or an afferents.Model, found {one!r}")

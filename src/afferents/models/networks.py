@@ -31,7 +31,7 @@ class SpatialNet(Network):
     docs/paper.md lists its layers: 261,709 parameters, of which 260,717 are trainable, as Keras
     counts.
 
-    Deviations: the output are logits, the softmax is in the loss and in prediction; rows and
+    Deviations: the outputs are logits, the softmax is in the loss and in prediction; rows and
     columns are those of the camera view, where the published arrays are transposed. The
     paper's text has dropout 0.4, 0.2, 0.2 and one normalisation a convolution; the code, which
     made the results, is followed.
@@ -118,7 +118,7 @@ class CnnLstm(Network):
     of a batch. The LSTMs have tanh and sigmoid gates. (The paper calls the model a ConvLSTM; it is
     none.)
 
-    Deviations: the output are logits. PyTorch's LSTM has a second bias of 120 values in all,
+    Deviations: the outputs are logits. PyTorch's LSTM has a second bias of 120 values in all,
     which stays zero and is not trained.
 
     Parameters
@@ -197,7 +197,7 @@ class VibrationNet(Network):
     counts (that `SpatialNet` has the same total is a coincidence). With 16 vibration channels
     271,309.
 
-    Deviations: the output are logits. The convolutions are written in two dimensions with a
+    Deviations: the outputs are logits. The convolutions are written in two dimensions with a
     height of 1, which is the same arithmetic and faster on a CPU in channels_last order.
 
     Parameters

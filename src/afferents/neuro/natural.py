@@ -81,11 +81,7 @@ def read_spikes(path: str | Path, duration_s: float | None = None) -> Spikes:
             f"{file}: expected one duration_s a fibre, texture, speed and repetition, found several"
         )
     lasting = durations["max"].to_dict()
-    trains = {
-        place: times[~np.isnan(times)]
-        for place, one in of_train["time_s"]
-        for times in [one.to_numpy()]
-    }
+    trains = {place: one.dropna().to_numpy() for place, one in of_train["time_s"]}
     places = [[(trial, name) for name in names] for trial in range(of_trial.ngroups)]
     return Spikes.from_trains(
         [[trains.get(place) for place in row] for row in places],

@@ -77,12 +77,10 @@ class FrameFigures:
 
     Attributes
     ----------
-    time_s, grey
-        Of each frame so far, (n_frames,): its time, and its mean grey level, 0 to 255.
+    time_s
+        Of each frame so far, (n_frames,), s.
     changes
         Mean change of the picture from 1 to 6 frames before, (n_frames, 6), NaN at the start.
-    slow_change
-        Mean change of the picture since half a second before, (n_frames,), NaN at the start.
     """
 
     def __init__(self) -> None:
@@ -90,7 +88,7 @@ class FrameFigures:
         self._time_s: list[float] = []
         self._grey: list[float] = []
         self._changes: list[list[float]] = []
-        self._slow: list[float] = []
+        self._slow: list[float] = []  # change since half a second before, NaN at the start
         self._equal: list[bool] = []
         self._before: deque[tuple[float, GreyImage]] = deque()
         self._last: GreyImage | None = None
@@ -101,19 +99,9 @@ class FrameFigures:
         return np.array(self._time_s)
 
     @property
-    def grey(self) -> Numbers:
-        """Mean grey level of each frame."""
-        return np.array(self._grey)
-
-    @property
     def changes(self) -> Numbers:
         """Mean change from 1 to 6 frames before, grey levels."""
         return np.array(self._changes).reshape(-1, PERIODS.stop - 1)
-
-    @property
-    def slow_change(self) -> Numbers:
-        """Mean change since half a second before, grey levels."""
-        return np.array(self._slow)
 
     @property
     def stalls(self) -> Stalls:
@@ -129,7 +117,7 @@ class FrameFigures:
     def _lit(self) -> NDArray[np.bool_]:
         """Which frames are not much darker than the first, (n_frames,)."""
         light = np.median(self._grey[:_FIRST_FRAMES] or [0.0])
-        return self.grey >= DARK_SHARE * light
+        return np.array(self._grey) >= DARK_SHARE * light
 
     @property
     def _has_noise(self) -> bool:
@@ -196,7 +184,7 @@ class FrameFigures:
         )
 
     def _find_dark(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
-        time_s, grey = self.time_s, self.grey
+        time_s, grey = self.time_s, np.array(self._grey)
         light = float(np.median(grey[:_FIRST_FRAMES]))
         span = lasting(grey < DARK_SHARE * light, time_s, part, DARK_S)
         if span is None:
@@ -208,7 +196,7 @@ class FrameFigures:
         )
 
     def _find_frozen(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
-        time_s, slow = self.time_s, self.slow_change
+        time_s, slow = self.time_s, np.array(self._slow)
         if len(time_s) <= 1:
             return None
         expected = "a picture that changes while the drum slides"

@@ -82,7 +82,7 @@ def _recognised(path: Path) -> DataSet:
     InputError
         If a reader of another package raises, or recognises what another reader does.
     """
-    claims = []
+    claims: list[type[DataSet]] = []
     for kind in readers().values():
         if claims and kind.name in DATA_SETS:  # the package's first is enough
             continue
@@ -139,7 +139,13 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
             "own as FILE.py:NAME, found none of them"
         )
     if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
-        return _own(own["where"], own["path"])
+        found, path = named(own["where"]), own["path"]
+        if path is not None and isclass(found) and issubclass(found, DataSet):
+            return found(path)
+        if path is not None or not isinstance(found, DataSet):
+            expected = f"an afferents.DataSet at {own['where']}, or a class of them and a path"
+            raise InputError(f"DATA: expected {expected}, found {type(found).__name__}")
+        return found
     return _recognised(there)
 
 
@@ -199,13 +205,3 @@ def _packaged(path: Path) -> DataSet | None:
             f"{' or '.join(map(str, found))}"
         )
     return found[0] if found else None
-
-
-def _own(where: str, path: str | None) -> DataSet:
-    found = named(where)
-    if path is not None and isclass(found) and issubclass(found, DataSet):
-        return found(path)
-    if path is not None or not isinstance(found, DataSet):
-        expected = f"an afferents.DataSet at {where}, or a class of them and a path"
-        raise InputError(f"DATA: expected {expected}, found {type(found).__name__}")
-    return found

@@ -14,13 +14,7 @@ from afferents.recordings.data_set import DataSet
 from afferents.recordings.description import DataSetFile, Labels, Signal, read_data_set_file
 from afferents.recordings.media import left_out
 from afferents.recordings.pattern import parse_speed
-from afferents.recordings.series import (
-    JoinedFiles,
-    SeriesFile,
-    column_sentences,
-    resampling_sentences,
-    unchecked_sentences,
-)
+from afferents.recordings.series import JoinedFiles, SeriesFile, describe_files
 from afferents.recordings.tables import read_texts
 from afferents.store.recording import Recording, RecordingSet, fold_label, require_distinct
 
@@ -144,8 +138,7 @@ class Described(DataSet):
             if isinstance(one.audio, SeriesFile | JoinedFiles)
             for file in one.audio.files
         ]
-        clocks = resampling_sentences(files) or unchecked_sentences(files)
-        return [*clocks, *column_sentences(files), *self.left_out(session)]
+        return [*describe_files(files), *self.left_out(session)]
 
     def left_out(self, session: RecordingSet) -> list[str]:
         """Return which files, of the endings of those that are read, are not read."""
@@ -304,7 +297,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
         If it can't be read, lacks a column, leaves one empty, or has two rows of one file.
     """
     found: dict[str, Row] = {}
-    for where, row in _rows(path, labels):
+    for where, row in _read_rows(path, labels):
         missing = [one for one in (labels.name, *labels.columns.values()) if not row.get(one)]
         if missing:
             have = ", ".join(name for name, text in row.items() if text) or "nothing"
@@ -321,7 +314,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
     return found
 
 
-def _rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
+def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     """Yield where each row stands, and its texts by column."""
     if path.suffix.lower() != ".json":
         yield from ((f"line {number}", row) for number, row in read_texts(path))

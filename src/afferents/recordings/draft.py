@@ -36,21 +36,21 @@ def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], lis
     """Return the lines of a `dataset.toml`, and sentences on what was guessed."""
     names = [path.relative_to(folder).as_posix() for path in tables]
     pattern = guess_rule(names) or guess_plainest(names)
-    sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
     if f"{{{SPEED}}}" in pattern:
+        sentence = f"Guessed from the names: {pattern}, with the speed in mm/s."
         lines.append('# speed_unit = "mm/min"  # where it is not mm/s')
     else:
-        sentences = [f"Guessed from the names: {pattern}; no speed was found in them."]
+        sentence = f"Guessed from the names: {pattern}; no speed was found in them."
         if len(names) > 1 and "/" not in pattern and pattern == guess_plainest(names):
             such = f"{{texture}}_{{speed}}mms_{{trial}}{Path(names[0]).suffix}"
-            sentences = [
+            sentence = (
                 "No rule was found in the names, so each file counts as a texture of its own: "
                 f"write the pattern, such as {such}."
-            ]
+            )
         lines.append("# speed_mm_s = 30")
     signal, more = _guess_signal(tables)
-    return [*lines, "", "[signal]", *signal], [*sentences, *more]
+    return [*lines, "", "[signal]", *signal], [sentence, *more]
 
 
 def _guess_signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
@@ -74,9 +74,9 @@ def _guess_signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
             times.append(rising[np.isfinite(rising)])
     if not files:
         return ["# channels = []", "# sample_rate_hz = 100"], []
-    sentences = (
-        [f"Can't be read, {len(broken)} of {len(tables)} files: {broken[0]}."] if broken else []
-    )
+    sentences = []
+    if broken:
+        sentences.append(f"Can't be read, {len(broken)} of {len(tables)} files: {broken[0]}.")
     lines = [f"separator = {json.dumps(form.separator)}"] * (form.separator != ",")
     lines += ['decimal = ","'] * (form.decimal == ",") + ["header = false"] * (not form.header)
     sentences += ["Numbers are read with decimal commas."] * (form.decimal == ",")

@@ -7,7 +7,7 @@ there is overwritten: what an earlier run brought is checked and kept.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -107,17 +107,26 @@ def fetch(
         If the server or its list is not what it should be, a file has another checksum, or there
         is no room.
     """
-    known, folder = public_sets(), Path(folder)
-    if name not in known:
-        raise InputError(f"fetch: expected one of {', '.join(known)}, found '{name}'")
+    sets, folder = public_sets(), Path(folder)
+    if name not in sets:
+        raise InputError(f"fetch: expected one of {', '.join(sets)}, found '{name}'")
     listing.import_web()
-    listed = None if manifest is None else Path(manifest)
-    files, page = _find_files(known[name], folder, url, listed)
+    public, listed = sets[name], None if manifest is None else Path(manifest)
+    files, page = _find_files(public, folder, url, listed)
     with Progress(quiet) as progress:
         files = list(progress.track(listing.ask_sizes(files), "asking for sizes", len(files)))
         missing = [file for file in files if not (folder / file.path).exists()]
-        for sentence in _describe(known[name], files, missing, page, folder):
-            progress.note(sentence)
+        progress.note(f"{public.title} ({public.page}).")
+        licence = public.licence or f"named by {public.page}; read it before you use them"
+        progress.note(f"Licence: {licence}.")
+        progress.note(f"{len(files)} file(s), {_sum_sizes(files)}, listed by {page}.")
+        if n_here := len(files) - len(missing):
+            progress.note(f"{n_here} are here; {_sum_sizes(missing)} to fetch.")
+        if unknown := sum(file.sha256 is None for file in missing):
+            progress.note(
+                f"Of {unknown} no checksum is known: what comes first is trusted, and its checksum "
+                f"noted in {folder / CHECKSUMS}."
+            )
         if url is None:
             progress.note("This has not been tried against the real server: please tell us.")
         needed = sum(file.n_bytes or 0 for file in missing)
@@ -128,7 +137,7 @@ def fetch(
             )
         with writing_alone(folder, "fetch"):
             n_bytes = _bring_all(files, folder, page, progress)
-    return Fetched(folder, len(missing), len(files) - len(missing), n_bytes)
+    return Fetched(folder, len(missing), n_here, n_bytes)
 
 
 def _find_files(
@@ -159,30 +168,6 @@ def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
     return {file.path: file for file in listing.read_manifest(path, url)} if path.is_file() else {}
 
 
-def _describe(
-    public: PublicSet,
-    files: Sequence[RemoteFile],
-    missing: Sequence[RemoteFile],
-    page: str,
-    folder: Path,
-) -> list[str]:
-    """Return sentences on what it is, how large, under which licence, and how sure all that is."""
-    licence = public.licence or f"named by {public.page}; read it before you use them"
-    sentences = [
-        f"{public.title} ({public.page}).",
-        f"Licence: {licence}.",
-        f"{len(files)} file(s), {_sum_sizes(files)}, listed by {page}.",
-    ]
-    if len(missing) < len(files):
-        sentences.append(f"{len(files) - len(missing)} are here; {_sum_sizes(missing)} to fetch.")
-    if unknown := sum(file.sha256 is None for file in missing):
-        sentences.append(
-            f"Of {unknown} no checksum is known: what comes first is trusted, and its checksum "
-            f"noted in {folder / CHECKSUMS}."
-        )
-    return sentences
-
-
 def _sum_sizes(files: Sequence[RemoteFile]) -> str:
     unknown = sum(file.n_bytes is None for file in files)
     known = decimal(sum(file.n_bytes or 0 for file in files))
@@ -202,30 +187,20 @@ def _bring_all(files: Sequence[RemoteFile], folder: Path, page: str, progress: P
     total = sum(file.n_bytes or 0 for file in files) or len(files)
     with progress.task("fetching", total) as mark, listing.import_web().Session() as session:
         for file in files:
-            _bring(file, folder / file.path, pup, partial(_save, session, mark, done, file.path))
-            n_bytes = (folder / file.path).stat().st_size
+            target = folder / file.path
+            _bring(file, target, pup, session, mark, done)
+            n_bytes = target.stat().st_size
             done += n_bytes
             mark(done, file.path)
             if file.path not in noted:
-                whole = replace(file, sha256=checksum(folder / file.path), n_bytes=n_bytes)
+                whole = replace(file, sha256=checksum(target), n_bytes=n_bytes)
                 with naming(checksums), checksums.open("a", encoding="utf-8") as out:
                     out.write(listing.format_manifest([whole]))
     return done
 
 
-def _save(
-    session: Any, mark: Mark, before: int, path: str, url: str, target: str, _pooch: Any
-) -> None:
-    """Write what is at an address to a file, as pooch calls it."""
-    remove(Path(target))  # pooch made it readable for its owner alone
-    with listing.ask(session, url, stream=True) as answer, Path(target).open("wb") as out:
-        for piece in answer.iter_content(_PIECE):
-            out.write(piece)
-            mark(before + out.tell(), path)
-
-
-def _bring(file: RemoteFile, target: Path, pup: Any, save: Any) -> None:
-    """Fetch a file, or check it where it is here.
+def _bring(file: RemoteFile, target: Path, pup: Any, session: Any, mark: Mark, before: int) -> None:
+    """Fetch a file, or check it where it is here; `before` are the bytes of those before it.
 
     Raises
     ------
@@ -233,6 +208,14 @@ def _bring(file: RemoteFile, target: Path, pup: Any, save: Any) -> None:
         If it does not come whole, is another than is listed, or there is no room; what was fetched
         before stays.
     """
+
+    def save(url: str, written: str, _pooch: Any) -> None:
+        remove(Path(written))  # pooch made it readable for its owner alone
+        with listing.ask(session, url, stream=True) as answer, Path(written).open("wb") as out:
+            for piece in answer.iter_content(_PIECE):
+                out.write(piece)
+                mark(before + out.tell(), file.path)
+
     is_here = target.exists()
     try:
         pup.fetch(file.path, downloader=save)

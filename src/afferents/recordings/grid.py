@@ -28,7 +28,16 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
             speeds.add((name.lstrip("+-"), r.speed_mm_s))  # a sign says a direction
     require_distinct(root, (r.texture for r in recordings), speeds)
     if not declared.recordings:
-        _require_no_holes(root, recordings, declared)
+        there = {(r.texture, r.speed_mm_s) for r in recordings if r.speed_mm_s is not None}
+        wanted = {(texture, speed) for texture, _ in there for _, speed in there}
+        missing = wanted - there - set(declared.holes)
+        if holes := sorted(missing, key=lambda one: (natural_order(one[0]), one[1])):
+            names = ", ".join(f"{texture}/{speed:g}" for texture, speed in holes)
+            raise InputError(
+                f"{root}: expected a recording of every texture at every speed, found none in "
+                f"{names}; record what is missing or declare it in {declared.file}: holes = "
+                f"{[list(one) for one in holes]}"
+            )
     for what, usual in (("video", "video.mp4"), ("audio", "audio.wav")):
         lacking = [r.name for r in recordings if getattr(r, what) is None]
         if 0 < len(lacking) < len(recordings):  # models would be left out for all
@@ -37,21 +46,6 @@ def require_grid(root: Path, recordings: Sequence[Recording], declared: SessionF
                 f"in none, found none in {', '.join(lacking)}; record what is missing, or move "
                 f"these folders away and declare them in {declared.file} as 'holes'"
             )
-
-
-def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:
-    present = {(r.texture, r.speed_mm_s) for r in recordings if r.speed_mm_s is not None}
-    expected = {(texture, speed) for texture, _ in present for _, speed in present}
-    missing = sorted(
-        expected - present - set(declared.holes), key=lambda c: (natural_order(c[0]), c[1])
-    )
-    if missing:
-        names = ", ".join(f"{texture}/{speed:g}" for texture, speed in missing)
-        raise InputError(
-            f"{root}: expected a recording of every texture at every speed, found none in "
-            f"{names}; record what is missing or declare it in {declared.file}: holes = "
-            f"{[[texture, speed] for texture, speed in missing]}"
-        )
 
 
 def require_rates_that_agree(session: RecordingSet, declared: SessionFile) -> None:

@@ -16,18 +16,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from afferents.errors import InputError
+from afferents.recordings import session_file
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import IMAGES, find_media, is_sound, is_video, named
 from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, parse_speed
 from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
-from afferents.recordings.session_file import (
-    SESSION_FILE,
-    SESSION_TOML,
-    ListedRecording,
-    SessionFile,
-    read_session_file,
-    require_label,
-)
+from afferents.recordings.session_file import SESSION_FILES, ListedRecording, SessionFile
 from afferents.recordings.video import VideoFile
 from afferents.store.log import LoggedFile
 from afferents.store.recording import Recording, Video, fold_label, require_utf8
@@ -73,9 +67,9 @@ def published(root: Path, declared: SessionFile) -> list[Recording]:
 
 def recording_folders(root: Path) -> Iterator[Path]:
     """Yield the folders of recordings in the published layout, of whatever names."""
-    for texture in _folders(root):
-        for speed in _folders(texture):
-            repetitions = [folder for folder in _folders(speed) if _is_recorded(folder)]
+    for texture in _list_folders(root):
+        for speed in _list_folders(texture):
+            repetitions = [folder for folder in _list_folders(speed) if _is_recorded(folder)]
             if _is_recorded(speed):
                 if repetitions:
                     raise InputError(
@@ -87,7 +81,7 @@ def recording_folders(root: Path) -> Iterator[Path]:
             yield from repetitions
 
 
-def _folders(parent: Path) -> list[Path]:
+def _list_folders(parent: Path) -> list[Path]:
     return [path for path in parent.iterdir() if path.is_dir() and not path.name.startswith(".")]
 
 
@@ -132,8 +126,8 @@ def session_around(path: Path) -> tuple[SessionFile, float | None]:
     """
     path = path.absolute()
     for folder in path.parents:
-        if (folder / SESSION_TOML).is_file() or (folder / SESSION_FILE).is_file():
-            declared = read_session_file(folder)
+        if any((folder / name).is_file() for name in SESSION_FILES):
+            declared = session_file.read_session_file(folder)
             own = (r.fps_hz for r in declared.recordings if path == folder / (r.video or ""))
             return declared, next(own, None)
     return SessionFile(sensor_channel=None), None
@@ -195,9 +189,9 @@ def _list_by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecord
         yield ListedRecording(
             video=None if heard else file,
             audio=file if heard else sound_file,
-            texture=_label(path, values[TEXTURE]),
+            texture=_require_label(path, values[TEXTURE]),
             speed_mm_s=speed,
-            id="/".join(_label(path, part) for part in parts),
+            id="/".join(_require_label(path, part) for part in parts),
             conditions=others,
         )
 
@@ -213,9 +207,9 @@ def _find_in_any_case(root: Path, file: str) -> str | None:
     return None
 
 
-def _label(path: Path, text: str) -> str:
+def _require_label(path: Path, text: str) -> str:
     try:
-        return require_label(fold_label(text))
+        return session_file.require_label(fold_label(text))
     except ValueError as error:
         raise InputError(f"{path}: expected {error!s}, found '{text}'; rename the file") from error
 

@@ -83,7 +83,9 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
         known = {what: text for what, text in match.groupdict().items() if text != UNKNOWN}
         sha256, n_bytes = known.get("sha256"), known.get("bytes")
         at = urljoin(url.rstrip("/") + "/", quote(name))
-        found[name] = RemoteFile(name, at, sha256 and sha256.lower(), n_bytes and int(n_bytes))
+        found[name] = RemoteFile(
+            name, at, sha256 and sha256.lower(), int(n_bytes) if n_bytes else None
+        )
     if not found:
         raise InputError(f"{path}: expected a list of files, found none in it")
     return list(found.values())

@@ -291,7 +291,12 @@ class JoinedFiles:
         return whole.transpose(dims.AUDIO_TIME, dims.CHANNEL)
 
 
-def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
+def describe_files(files: Sequence[SeriesFile]) -> list[str]:
+    """Return what the clock rests on, and which columns are channels where none is named."""
+    return [*(_describe_resampling(files) or _doubt_rate(files)), *_describe_channels(files)]
+
+
+def _describe_resampling(files: Sequence[SeriesFile]) -> list[str]:
     """Return what was resampled, and how much of files is not their own; reads them."""
     found: list[tuple[SeriesFile, columns.Rows]] = []
     for file in files:
@@ -318,7 +323,7 @@ def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
     return [sentence]
 
 
-def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
+def _doubt_rate(files: Sequence[SeriesFile]) -> list[str]:
     """Say that nothing confirms a rate, where no column of times and no header does."""
     if not files or files[0].signal.rate_hz is None or files[0].signal.time is not None:
         return []
@@ -339,7 +344,7 @@ def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
     return [sentence]
 
 
-def column_sentences(files: Sequence[SeriesFile]) -> list[str]:
+def _describe_channels(files: Sequence[SeriesFile]) -> list[str]:
     """Return which columns are channels where no description names them; reads files."""
     if not files or files[0].signal.channels:
         return []

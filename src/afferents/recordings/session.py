@@ -98,7 +98,7 @@ class Session(RecordingSet):
         """
         folder = Path(root).resolve()
         there = table.astype(object).where(table.notna(), None)
-        rows = [_row(row) for row in there.to_dict("records")]
+        rows = [_read_row(row) for row in there.to_dict("records")]
         if not rows:
             raise InputError("the table: expected a row for each recording, found none")
         for number, row in enumerate(rows):
@@ -109,7 +109,7 @@ class Session(RecordingSet):
         )
 
 
-def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
+def _read_row(row: Mapping[Any, Any]) -> dict[str, Any]:
     """Return a row as a session file would say it."""
     given = {str(name): value for name, value in row.items() if value is not None}
     known = {name: given[name] for name in ListedRecording.model_fields if name in given}

@@ -54,7 +54,7 @@ UNEVEN = 0.2
 _RUN = re.compile(r"run_(\d+)")
 
 
-def _rows(root: Path, *needed: str) -> list[dict[str, str]]:
+def _read_targets(root: Path, *needed: str) -> list[dict[str, str]]:
     """Return the rows of ``targets.csv``, without cells that are empty: none of those needed."""
     path = root / TARGETS
     with reading(path, "a readable CSV file"):
@@ -69,7 +69,7 @@ def _rows(root: Path, *needed: str) -> list[dict[str, str]]:
     return rows
 
 
-def _conditions(row: Mapping[str, str], *without: str) -> dict[str, float]:
+def _find_conditions(row: Mapping[str, str], *without: str) -> dict[str, float]:
     """Return what of a row are finite numbers, but for these columns."""
     numbers = pd.to_numeric(pd.Series(row, dtype=str), errors="coerce")
     return {str(k): float(v) for k, v in numbers.items() if np.isfinite(v) and k not in without}
@@ -84,7 +84,7 @@ def _is_streams(path: Path) -> bool:
     return (path / STILLS).is_dir() and _has_targets(path)
 
 
-def _runs(path: Path) -> dict[int, Path]:
+def _find_runs(path: Path) -> dict[int, Path]:
     """Return the runs of a folder by number; of another none."""
     if not _has_targets(path):
         return {}
@@ -93,7 +93,7 @@ def _runs(path: Path) -> dict[int, Path]:
 
 
 def _require_one_layout(path: Path) -> None:
-    if _is_streams(path) and (runs := _runs(path)):
+    if _is_streams(path) and (runs := _find_runs(path)):
         raise InputError(
             f"{path}: expected streams ({STILLS}/) or runs (run_1/), found both ({STILLS}/ and "
             f"{named(path, list(runs.values()))}); move one kind into a folder of its own, each "
@@ -101,7 +101,7 @@ def _require_one_layout(path: Path) -> None:
         )
 
 
-def _declared(
+def _declare(
     recordings: Sequence[Mapping[str, Any]], root: Path, notes: Sequence[str], **more: Any
 ) -> SessionFile:
     declared = parse_declaration({"recordings": recordings, **more}, root / TARGETS)
@@ -130,7 +130,7 @@ class Streams(PublishedSession):
             )
         _require_one_layout(self.path)
         stills, without, recordings, rests = self.path / STILLS, [], [], []
-        for row in _rows(self.path, STILLS, TEXTURE):
+        for row in _read_targets(self.path, STILLS, TEXTURE):
             image = PureWindowsPath(row[STILLS])
             if row[TEXTURE] == AT_REST:
                 rests.append(f"{STILLS}/{image.name}")
@@ -144,7 +144,7 @@ class Streams(PublishedSession):
                     "texture": row[TEXTURE],
                     "rest_frame": 0,
                     **steady,
-                    "conditions": _conditions(row, TEXTURE, STILLS),
+                    "conditions": _find_conditions(row, TEXTURE, STILLS),
                 })  # fmt: skip
             elif (stills / image.name).is_file():
                 without.append(Path(image.name))
@@ -167,7 +167,7 @@ class Streams(PublishedSession):
             f"Of {len(without) + len(recordings)} samples {len(without)} are stills without a "
             f"stream ({named(Path(), without)}): they have no RA-I, and are left out."
         ] * bool(without)
-        return _declared(recordings, self.path, notes, reference=rests[0], rest="reference")
+        return _declare(recordings, self.path, notes, reference=rests[0], rest="reference")
 
 
 class Runs(PublishedSession):
@@ -178,12 +178,12 @@ class Runs(PublishedSession):
     @classmethod
     def recognises(cls, path: Path) -> bool:
         """Return whether there are targets and runs."""
-        return bool(_runs(path))
+        return bool(_find_runs(path))
 
     def declared(self) -> SessionFile:
         """Name the runs, their speeds, and what was logged alongside."""
         _require_one_layout(self.path)
-        runs = _runs(self.path)
+        runs = _find_runs(self.path)
         press = self._files_of(runs.pop(0), list(LOGS)) if 0 in runs else None
         logs = [log for log in LOGS if press and (self.path / "run_0" / log["file"]).is_file()]
         recordings, without = [], []
@@ -191,14 +191,14 @@ class Runs(PublishedSession):
             folder = runs[number]
             files = self._files_of(folder, logs)
             without += [folder] if len(files["beside"]) < len(LOGS) else []
-            speed = _conditions(row).get("linear_speed") or self._speed_mm_s(folder)
+            speed = _find_conditions(row).get("linear_speed") or self._speed_mm_s(folder)
             recordings.append({
                 **files,
                 "id": folder.name,
                 "texture": row[TEXTURE],
                 **({"speed_mm_s": abs(speed)} if speed else {}),
                 **self._steady(folder, files),
-                "conditions": _conditions(row, TEXTURE, "linear_speed"),
+                "conditions": _find_conditions(row, TEXTURE, "linear_speed"),
             })  # fmt: skip
         if not recordings:
             raise InputError(
@@ -215,7 +215,7 @@ class Runs(PublishedSession):
             f"({named(self.path, without)}): it is not there, or not in run_0, whose press sets "
             "its clock."
         ] * bool(without)
-        return _declared(recordings, self.path, notes, **more)
+        return _declare(recordings, self.path, notes, **more)
 
     def _files_of(self, folder: Path, logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         """Return what a session file would say of a run's files, of these logs those it has."""
@@ -242,7 +242,7 @@ class Runs(PublishedSession):
         self, runs: Sequence[int], has_press: bool
     ) -> Iterator[tuple[int, dict[str, str]]]:
         """Yield each run but the press and its row: the one that names it, else in order."""
-        rows = _rows(self.path, TEXTURE)
+        rows = _read_targets(self.path, TEXTURE)
         found = [next(filter(None, map(_RUN.search, row.values())), None) for row in rows]
         if all(found):
             by_number = {int(m[1]): row for m, row in zip(found, rows, strict=True) if m}

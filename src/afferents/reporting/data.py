@@ -7,7 +7,7 @@ the paper, the paper's own or what stands in for them.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -245,7 +245,12 @@ def read_figure_data(
     try:
         recordings = _read_recordings(results, progress)
         try:
-            spectra = _encode_spectra(recordings, results.config, progress)
+            spectra, config = None, results.config
+            if heard := [recording for recording in recordings if dims.RA2 in recording]:
+                what = "spectra of this version"
+                spectral = as_form(config["spectral"], SpectralEncoding, CONFIG, what)
+                source = Source(CHANNELS[dims.RA2], spectral)
+                spectra = encode_all(heard, source, config["cut"], progress)
         except _UNREADABLE as error:  # such as sound shorter than a window
             spectra, notes = None, [f"Figures of spectra are missing: {error}."]
         frames, began = read_frames(recordings, results.found.named_by_spacing, style)
@@ -274,17 +279,6 @@ def _read_recordings(results: Results, progress: Progress) -> list[Responses]:
             "the data: expected recordings whose speed is known, to show by it, found none"
         )
     return recordings
-
-
-def _encode_spectra(
-    recordings: list[Responses], config: dict[str, Any], progress: Progress
-) -> Samples | None:
-    with_vibration = [r for r in recordings if dims.RA2 in r]
-    if not with_vibration:
-        return None
-    spectral = as_form(config["spectral"], SpectralEncoding, CONFIG, "spectra of this version")
-    source = Source(CHANNELS[dims.RA2], spectral)
-    return encode_all(with_vibration, source, config["cut"], progress)
 
 
 def read_frames(

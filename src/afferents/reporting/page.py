@@ -38,8 +38,17 @@ def render_report(
         Sentences for the reader, such as why a figure is missing.
     """
     summary = results.found
-    first, *others = tables.accuracy_tables(results)
-    accuracies = [first, compare.differences(summary), *others]
+    accuracies = (
+        tables.table1(summary),
+        compare.differences(summary),
+        tables.group_table(summary),
+        tables.recordings_table(summary),
+        tables.lengths_table(summary),
+        tables.touches_table(summary),
+        tables.texture_table(results),
+        tables.confidence_table(summary),
+        tables.controls_table(summary),
+    )
     drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]
     n_leading = 1 if summary.models else 0  # accuracy by what was held out: see `draw_pictures`
     return _render(

@@ -19,11 +19,11 @@ from afferents.evaluation.results import Results
 from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, key_of, order
 from afferents.markers.places import covered, make_images
-from afferents.reporting import draw, labels, style
-from afferents.reporting.style import BLUE, GREEN, LINE, VERMILION, styled
+from afferents.reporting import labels, style
+from afferents.reporting.style import styled
 from afferents.store.recording import Frame, GreyImage, natural_order
 
-COLOURS = (BLUE, VERMILION, GREEN, style.ORANGE, style.PURPLE, style.SKY)
+COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY)
 
 
 @styled
@@ -69,7 +69,7 @@ def tactile_image(
         title.append(f"{key_of(found[dims.SPEED].item())} mm/s")
     image = _lay_out(found)
     ax = _make_axes(ax, 4.2, 3.5)
-    drawn = draw.draw_image(ax, image, draw.find_scale(image), ", ".join(title))
+    drawn = style.draw_image(ax, image, style.find_scale(image), ", ".join(title))
     rows, columns = image.shape
     ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1])
     ax.set(xlabel="column (x) →", ylabel="← row (y)")
@@ -132,7 +132,7 @@ def markers(
     if frame is not None:
         style.draw_cells(ax, frame, "gray", 0, 255)
     width_inch = ax.get_window_extent().width / ax.figure.dpi
-    draw.draw_markers(ax, now.values, seen, scale=width_inch / 7)
+    style.draw_markers(ax, now.values, seen, scale=width_inch / 7)
     if not seen.all():
         ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=2)
     time = f"{float(now[dims.TIME]):.2f} s"
@@ -169,8 +169,8 @@ def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     _require_array(response, "responses.sa1")
     if set(response.dims) == {dims.TIME, dims.MARKER}:
         ax = _make_axes(ax, 7.0, 2.6)
-        colour = GREEN if str(response.name).startswith(dims.RA1) else BLUE
-        draw.draw_bands(
+        colour = style.GREEN if str(response.name).startswith(dims.RA1) else style.BLUE
+        style.draw_bands(
             ax, response.transpose(dims.TIME, dims.MARKER), _name_response(response), colour
         )
         ax.legend()
@@ -178,7 +178,7 @@ def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
         rate = _read_rate(response)
         ax = _make_axes(ax, 7.0, 2.6)
         values = response.transpose(dims.AUDIO_TIME, dims.CHANNEL).values
-        draw.draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
+        style.draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
         if values.shape[1] == 1:
             ax.set_ylabel(_name_response(response))
     else:
@@ -230,9 +230,9 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     for number, (label, line) in enumerate(lines.items()):
         colour = COLOURS[number % len(COLOURS)]
         ax.plot(line[dims.FREQUENCY], line, color=colour, lw=0.8, label=label)
-    highest = min(draw.HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
-    ax.set(xlim=(0, highest), ylim=(0, draw.amplitude_top(list(lines.values()))))
-    ax.set(xlabel="frequency (Hz)", ylabel=draw.amplitude_label(data.attrs))
+    highest = min(style.HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
+    ax.set(xlim=(0, highest), ylim=(0, style.amplitude_top(list(lines.values()))))
+    ax.set(xlabel="frequency (Hz)", ylabel=style.amplitude_label(data.attrs))
     if len(lines) > 1:
         ax.legend(title="texture")
     return ax
@@ -297,11 +297,14 @@ def confusion(
     by_group = metrics.accuracy_by_group(rows).values() if column_of(rows) in rows else ()
     accuracy = 100 * (fmean(by_group) if by_group else np.trace(counts) / counts.sum())
     ax = _make_axes(ax, 4.6, 4.0)
-    percent = draw.normalise(counts)
-    image = draw.draw_matrix(ax, percent, ", ".join([*title, f"{accuracy:.0f}%"]))
-    draw.write_numbers(ax, percent, ax.bbox.width / ax.figure.dpi)
-    draw.name_textures(np.array([[ax]]), textures, summary is not None and summary.named_by_spacing)
-    style.add_bar(ax.figure, image, ax, draw.OF_TRUE)
+    percent = style.normalise(counts)
+    title.append(f"{accuracy:.0f}%")
+    width_inch = ax.bbox.width / ax.figure.dpi
+    image = style.draw_matrix(ax, percent, ", ".join(title), width_inch)
+    style.name_textures(
+        np.array([[ax]]), textures, summary is not None and summary.named_by_spacing
+    )
+    style.add_bar(ax.figure, image, ax, style.OF_TRUE)
     return ax
 
 
@@ -353,7 +356,7 @@ def accuracy_by_speed(
         for protocol, rows in tested[tested["model"] == name].groupby("protocol"):
             found = rows.sort_values(held_out, key=lambda column: column.map(groups.index))
             colour, line = COLOURS[number % len(COLOURS)], "--" if protocol == "published" else "-"
-            draw.draw_accuracies(
+            style.draw_accuracies(
                 ax,
                 protocol,
                 found[held_out],
@@ -366,7 +369,7 @@ def accuracy_by_speed(
         style.draw_chance(ax, summary.chance)
     axis = SPEED.axis if held_out == SPEED.column else summary.split.axis if summary else "group"
     ax.set(xlabel=f"held-out {axis}", ylabel="accuracy (%)", ylim=(0, 103))
-    ax.grid(axis="y", color=LINE, lw=0.4)
+    ax.grid(axis="y", color=style.LINE, lw=0.4)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
 
@@ -402,7 +405,7 @@ def _require_array(given: object, such_as: str) -> None:
 def _name_response(response: xr.DataArray) -> str:
     """Return what a response is called, with its unit."""
     name = "response" if response.name is None else str(response.name)
-    name = draw.NAMES.get(name, name)
+    name = style.NAMES.get(name, name)
     return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
 
 

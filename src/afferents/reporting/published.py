@@ -153,7 +153,7 @@ def list_discrepancies() -> list[Discrepancy]:
     found: list[Discrepancy] = []
     for line in discrepancies().splitlines():
         if head := _POINT.match(line):
-            found.append(Discrepancy(*head.groups(), {}))
+            found.append(Discrepancy(head[1], head[2], head[3], head[4], {}))
         elif side := _SIDE.match(line):
             found[-1].sides[side[1].strip("`")] = side[2].replace("`", "")
     return found

@@ -14,8 +14,8 @@ from afferents import dims
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.folds.held_out import key_of
 from afferents.markers.detect import spacing_px
-from afferents.reporting import draw, labels, style
-from afferents.reporting.style import BLUE, GREEN, GREY, INK, LINE, ORANGE, VERMILION, styled
+from afferents.reporting import labels, style
+from afferents.reporting.style import styled
 from afferents.store.recording import GreyImage, natural_order
 
 MOST_CHANNELS = 16
@@ -29,7 +29,7 @@ PUBLISHED = {
 }
 """Steadiness of the ten images of each row of the paper's Figures 8 and 10, 20 frames apart, as
 digitised from the printed pictures: by channel, texture and speed (mm/s)."""
-_CHANNELS = {"sa1": ("SA-I", BLUE), "ra1": ("RA-I", VERMILION)}
+_CHANNELS = {"sa1": ("SA-I", style.BLUE), "ra1": ("RA-I", style.VERMILION)}
 _MOST_NAMES = 26
 _WIDTH = 0.6
 """Of the distance between textures, what their speeds are spread over."""
@@ -70,20 +70,26 @@ def markers_figure(
     height, width = image.shape
     seen = np.asarray(detected, dtype=bool)
     title = title or f"Markers: {int(seen.sum())} of {len(seen)} detected"
-    wide_inch, scale = _size_to_see(position, width)
+    # A big picture of small markers is drawn larger: rings stand apart, and dots show inside.
+    apart_px = spacing_px(position[np.isfinite(position).all(axis=1)])
+    wide_inch, scale = 7.0, 1.0
+    if apart_px > 0:  # not of one marker, or none
+        larger = LEAST_APART_INCH * width / (wide_inch * apart_px)
+        wide_inch *= float(np.clip(larger, 1, MOST_LARGER))
+        scale = RING_SHARE * 72 * wide_inch * apart_px / width / style.RING_POINTS
     figure = style.new_figure(wide_inch + 0.6, wide_inch * height / width + 1.0, title, source)
     axes = figure.subplots()
     style.draw_cells(axes, image, "gray", 0, 255)
     if trails is not None:
-        axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
-        axes.plot([], [], color=ORANGE, lw=1.2, label="track")
-    draw.draw_markers(axes, position, seen, scale)
+        axes.plot(trails[..., 0], trails[..., 1], color=style.ORANGE, lw=0.5, alpha=0.45)
+        axes.plot([], [], color=style.ORANGE, lw=1.2, label="track")
+    style.draw_markers(axes, position, seen, scale)
     if suspects is not None and len(suspects):
         x, y = suspects.T
-        axes.scatter(x, y, s=34 * scale**2, marker="D", facecolors="none", edgecolors=VERMILION,
-                     lw=1.2, label="suspect, left out")  # fmt: skip
+        axes.scatter(x, y, s=34 * scale**2, marker="D", facecolors="none",
+                     edgecolors=style.VERMILION, lw=1.2, label="suspect, left out")  # fmt: skip
     for key, (x, y, radius) in masks:
-        colour = GREEN if key == "keep" else VERMILION
+        colour = style.GREEN if key == "keep" else style.VERMILION
         label = None if key in axes.get_legend_handles_labels()[1] else key
         axes.add_patch(Circle((x, y), radius, fill=False, ec=colour, lw=1.2, label=label))
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0,
@@ -107,12 +113,12 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
     figure = style.new_figure(8.6, 7.4, "SA-I and RA-I over time (white: marker lost)", source)
     grid = figure.subplots(4, 1, sharex=True, height_ratios=(1, 1.5, 1, 1.5))
     for response, name, unit, colour, band, rows in (
-        (sa1, "SA-I", dims.PIXELS, BLUE, grid[0], grid[1]),
-        (ra1, "RA-I", dims.PIXELS_PER_FRAME, GREEN, grid[2], grid[3]),
+        (sa1, "SA-I", dims.PIXELS, style.BLUE, grid[0], grid[1]),
+        (ra1, "RA-I", dims.PIXELS_PER_FRAME, style.GREEN, grid[2], grid[3]),
     ):
         unit = response.attrs.get(dims.UNITS, unit)
         label = f"{name} ({unit})"
-        draw.draw_bands(band, response, label, colour)
+        style.draw_bands(band, response, label, colour)
         values = response.transpose(dims.MARKER, dims.TIME).values
         time, finite = response[dims.TIME].values, values[np.isfinite(values)]
         top = float(np.quantile(finite, 0.995)) if finite.size else 1.0
@@ -147,31 +153,19 @@ def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     figure = style.new_figure(8.6, 5.2, title, source)
     above, below = figure.subplots(2, 1)
     unit = f" ({segment.attrs[dims.UNITS]})" if segment.attrs.get(dims.UNITS) else ""
-    draw.draw_traces(above, values, rate, unit)
+    style.draw_traces(above, values, rate, unit)
     if len(values) > 1:  # a single sample has no spectrum
         frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
         amplitude = amplitude_spectrum((values - values.mean(axis=0)).T).T[1:]
         if n > 1:
-            below.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
-        below.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
+            below.loglog(frequency, amplitude, color=style.GREY, lw=0.4, alpha=0.6)
+        below.loglog(frequency, amplitude.mean(axis=1), color=style.INK, lw=0.7)
         below.set_xlim(frequency[0], frequency[-1])
         for axis in (below.xaxis, below.yaxis):  # the usual labels are formulas: the style has none
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter(NullFormatter())
     below.set(xlabel="frequency (Hz)", ylabel=f"amplitude{unit}")
     return figure
-
-
-def _size_to_see(position: NDArray[np.float64], width: int) -> tuple[float, float]:
-    """Return how wide a picture is drawn, inches, and the scale of the rings round its markers.
-
-    A big picture of small markers is drawn larger, so that rings stand apart and dots show inside.
-    """
-    apart_px = spacing_px(position[np.isfinite(position).all(axis=1)])
-    if not apart_px > 0:  # one marker, or none
-        return 7.0, 1.0
-    inch = 7.0 * float(np.clip(LEAST_APART_INCH * width / (7.0 * apart_px), 1, MOST_LARGER))
-    return inch, RING_SHARE * 72 * inch * apart_px / width / draw.RING_POINTS
 
 
 def steadiness_sentence(rows: Sequence[Mapping[str, Any]], apart: int) -> str:
@@ -230,13 +224,13 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
         if letter in letters and known and slowest <= speed <= fastest
     ]
     if printed and None not in letters:
-        axes.plot(*zip(*printed, strict=True), ls="", marker="x", markersize=5, mew=1.3, color=INK,
-                  label="the paper's\nprinted images")  # fmt: skip
+        axes.plot(*zip(*printed, strict=True), ls="", marker="x", markersize=5, mew=1.3,
+                  color=style.INK, label="the paper's\nprinted images")  # fmt: skip
     style.name_places(axes, list(labels.texture_names(textures, by_spacing).values()), _MOST_NAMES)
     lowest = min(float(row[name]) for row in rows for name in _CHANNELS)
     axes.set(xlim=(-0.6, len(textures) - 0.4), ylim=(min(-0.05, lowest - 0.05), 1.03))
-    axes.axhline(0, color=GREY, lw=0.7)
-    axes.grid(axis="y", color=LINE, lw=0.4)
+    axes.axhline(0, color=style.GREY, lw=0.7)
+    axes.grid(axis="y", color=style.LINE, lw=0.4)
     within = "; of each, slow to the left, fast to the right" if ends else ""
     axes.set(xlabel=f"{labels.texture_axis(textures, by_spacing)}{within}",
              ylabel="correlation over markers")  # fmt: skip

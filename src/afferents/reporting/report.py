@@ -16,10 +16,9 @@ from afferents.progress import Progress
 from afferents.reporting import (
     compare,
     data,
-    data_figures,
+    grids,
     labels,
     page,
-    result_figures,
     style,
     tables,
 )
@@ -95,11 +94,11 @@ def draw_pictures(
 
     source = labels.source_line(results.found)
     others = [
-        *data_figures.picture_spectra(shown, source, figures),
-        *data_figures.picture_images(shown, source, figures),
-        *result_figures.picture_matrices(results, figures),
+        *grids.picture_spectra(shown, source, figures),
+        *grids.picture_images(shown, source, figures),
+        *grids.picture_matrices(results, figures),
     ]
-    return [*result_figures.picture_accuracies(results), *sorted(others, key=find_number)]
+    return [*grids.picture_accuracies(results), *sorted(others, key=find_number)]
 
 
 def _write_tables(path: Path, *found: pd.DataFrame | None) -> None:

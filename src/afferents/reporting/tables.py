@@ -100,21 +100,6 @@ def format_worst(summary: Summary, found: Accuracies | None) -> str:
     return f"{summary.split.printed(found.worst)}: {percent(found.by[found.worst])}"
 
 
-def accuracy_tables(results: Results) -> list[pd.DataFrame | None]:
-    """Return the tables of accuracies in the order of the page; None for what was not evaluated."""
-    summary = results.found
-    return [
-        table1(summary),
-        group_table(summary),
-        recordings_table(summary),
-        lengths_table(summary),
-        touches_table(summary),
-        texture_table(results),
-        confidence_table(summary),
-        controls_table(summary),
-    ]
-
-
 def table1(summary: Summary) -> pd.DataFrame:
     """Return Table 1: the paper's mean next to ours under each protocol that was run, in percent.
 
@@ -333,7 +318,7 @@ def recordings_table(summary: Summary) -> pd.DataFrame:
 
 
 def touches_table(summary: Summary) -> pd.DataFrame | None:
-    """Return how well touches of equal length are recognised by all models; None of no models."""
+    """Return each model's accuracy on touches of equal length; None where there are no models."""
     found = next(labels.outcomes(summary), None)
     if found is None:
         return None

@@ -29,8 +29,15 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
     exported = [folder / f"{name}.onnx" for name in BEST]
     if all(path.is_file() for path in exported):
         return exported
-    # a demo that was stopped leaves a part
-    store = DEMO_STORE if holds_all(DEMO_STORE) else _simulate_store(folder, progress)
+    store, session = DEMO_STORE, folder / "session"
+    if not holds_all(store):  # a demo that was stopped leaves a part
+        progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
+        simulation = make_simulation(session, "quick", speeds_mm_s=_FEW_SPEEDS)
+        simulate_session(simulation, None, progress)
+        progress.note("following the markers in its videos")
+        store = folder / "session.zarr"
+        wanted = Extraction(session=session, out=store, sensor=load_sensor("tip_b"))
+        extract_session(wanted, progress)
     (data,) = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
@@ -40,15 +47,3 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
         for sentence in card.describe():
             progress.note(sentence)
     return exported
-
-
-def _simulate_store(folder: Path, progress: Progress) -> Path:
-    progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
-    simulation = make_simulation(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
-    simulate_session(simulation, None, progress)
-    progress.note("following the markers in its videos")
-    store = folder / "session.zarr"
-    extract_session(
-        Extraction(session=folder / "session", out=store, sensor=load_sensor("tip_b")), progress
-    )
-    return store

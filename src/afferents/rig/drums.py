@@ -6,7 +6,7 @@ bore. All rings have as many points, and each is joined to the next.
 """
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -58,42 +58,25 @@ def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: i
         )
     heights = surface.height_mm[::every, ::every]
     n_along, n_across = heights.shape
-    n_rings = n_across + 4
+    angle = 2 * np.pi * (np.arange(n_along) + 0.5) / n_along
+    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    first_mm, pitch_mm = surface.pitch_mm[1] / 2, surface.pitch_mm[1] * every
+    place_mm = first_mm + pitch_mm * np.arange(n_across)
+    outer_mm, end_mm = drum.diameter_mm / 2, surface.width_mm
+    profile = [  # radius and place along the axis, of each ring
+        (outer_mm, 0.0),
+        *zip(outer_mm + heights.T, place_mm, strict=True),
+        *((outer_mm, end_mm), (bore_mm / 2, end_mm), (bore_mm / 2, 0.0)),
+    ]
+    rings = [
+        np.column_stack([around * np.reshape(radius, (-1, 1)), np.full(n_along, place)])
+        for radius, place in profile
+    ]
     with write_aside(path) as partial, partial.open("wb") as file:
         file.write(_HEADER.ljust(80))
-        file.write(np.uint32(2 * n_along * n_rings).tobytes())
-        first_mm, pitch_mm = surface.pitch_mm[1] / 2, surface.pitch_mm[1] * every
-        place_mm = first_mm + pitch_mm * np.arange(n_across)
-        rings = _draw_rings(heights, place_mm, surface.width_mm, drum.diameter_mm / 2, bore_mm / 2)
-        first = previous = next(rings)
-        for ring in rings:
-            _join(previous, ring).tofile(file)
-            previous = ring
-        _join(previous, first).tofile(file)
-
-
-def _draw_rings(
-    heights: NDArray[np.float32],
-    place_mm: NDArray[np.floating],
-    width_mm: float,
-    radius_mm: float,
-    bore_mm: float,
-) -> Iterator[Ring]:
-    n_along = len(heights)
-    angle = 2 * np.pi * (np.arange(n_along) + 0.5) / n_along
-    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(n_along)], axis=1)
-
-    def ring(radius: NDArray[np.float32] | float, z: float) -> Ring:
-        points = around * np.reshape(radius, (-1, 1))
-        points[:, 2] = z
-        return np.asarray(points, np.float32)
-
-    yield ring(radius_mm, 0)
-    for column, place in enumerate(place_mm):
-        yield ring(radius_mm + heights[:, column], place)
-    yield ring(radius_mm, width_mm)
-    yield ring(bore_mm, width_mm)
-    yield ring(bore_mm, 0)
+        file.write(np.uint32(2 * n_along * len(rings)).tobytes())
+        for near, far in zip(rings, [*rings[1:], rings[0]], strict=True):
+            _join(near.astype(np.float32), far.astype(np.float32)).tofile(file)
 
 
 def _join(near: Ring, far: Ring) -> NDArray[np.void]:

@@ -359,17 +359,14 @@ def _find_videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Vi
         video = found[name].video
         if video is None:
             raise InputError(f"{session}: expected a video of the recording '{name}', found none")
-        if video.width % 2 or video.height % 2:
-            size = f"{video.width} x {video.height} px"
-            raise InputError(
-                f"{video.path}: expected a width and a height that are even, as H.264 wants them, "
-                f"found {size}; leave --session out"
-            )
         videos[name] = video
-    sizes = {(video.width, video.height) for video in videos.values()}
-    if len(sizes) > 1:
-        found_sizes = " and ".join(f"{w} x {h} px" for w, h in sorted(sizes))
-        raise InputError(f"{session}: expected videos of one size, found {found_sizes}")
+    sizes = sorted({(video.width, video.height) for video in videos.values()})
+    if len(sizes) > 1 or any(px % 2 for px in sizes[0]):
+        shown = " and ".join(f"{w} x {h} px" for w, h in sizes)
+        raise InputError(
+            f"{session}: expected videos of one size, of an even width and height, as H.264 wants "
+            f"them, found {shown}; leave --session out"
+        )
     return videos
 
 

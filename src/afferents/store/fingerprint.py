@@ -49,16 +49,16 @@ def fingerprint(responses: Responses) -> Fingerprint:
     """
     found: dict[str, NDArray[np.float64]] = {}
     if dims.POSITION in responses:
-        found["tracks"] = _tracks(responses)
+        found["tracks"] = _measure_tracks(responses)
     if dims.RA2 in responses:
         rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
         kind = "sound" if rate_hz >= _SLOWER_HZ else "rows"
-        found[kind] = (_sound if kind == "sound" else _rows)(responses, rate_hz)
-    every = {kind: _standardised(series) for kind, series in found.items()}
+        found[kind] = (_measure_sound if kind == "sound" else _hash_rows)(responses, rate_hz)
+    every = {kind: _standardise(series) for kind, series in found.items()}
     return {kind: series for kind, series in every.items() if series.any()}
 
 
-def _tracks(responses: Responses) -> NDArray[np.float64]:
+def _measure_tracks(responses: Responses) -> NDArray[np.float64]:
     """How far the markers move from frame to frame, mean over markers, x and y together.
 
     Of cells, which don't move, how SA-I changes.
@@ -76,28 +76,28 @@ def _tracks(responses: Responses) -> NDArray[np.float64]:
     return np.asarray(np.where(seen, step, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 
 
-def _sound(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
+def _measure_sound(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
     """How the logarithm of the energy changes from step to step."""
     mean_of, n_means = round(rate_hz / _SLOWER_HZ), round(_STEP_S * _SLOWER_HZ)
-    samples = _steady(responses, rate_hz, (MOST + 1) * mean_of * n_means).sum(axis=1)
+    samples = _take_steady(responses, rate_hz, (MOST + 1) * mean_of * n_means).sum(axis=1)
     n_steps = len(samples) // (mean_of * n_means)
     steps = samples[: n_steps * mean_of * n_means].reshape(n_steps, n_means, mean_of)
     energy = steps.mean(axis=2).var(axis=1)
     return np.diff(np.log(energy + _FLOOR * energy.mean() + 1e-20)) if n_steps else energy
 
 
-def _rows(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
+def _hash_rows(responses: Responses, rate_hz: float) -> NDArray[np.float64]:
     """Return a checksum of each row: series of them are alike by the share of rows that are equal.
 
     Rows that repeat the one before, as at rest, say nothing.
     """
-    rows = _steady(responses, rate_hz, MOST)
+    rows = _take_steady(responses, rate_hz, MOST)
     series = np.array([zlib.crc32(row.tobytes()) for row in rows], np.float64) - 2.0**31
     series[1:][np.diff(series) == 0] = 0
     return series
 
 
-def _steady(responses: Responses, rate_hz: float, most: int) -> NDArray[np.float64]:
+def _take_steady(responses: Responses, rate_hz: float, most: int) -> NDArray[np.float64]:
     """Return at most `most` samples from constant speed on, (sample, channel)."""
     length_s = responses.sizes[dims.AUDIO_TIME] / rate_hz
     first = round(sliding_part(0.0, length_s, steady_s(responses))[0] * rate_hz)
@@ -105,7 +105,7 @@ def _steady(responses: Responses, rate_hz: float, most: int) -> NDArray[np.float
     return np.asarray(part.transpose(dims.AUDIO_TIME, dims.CHANNEL).values, np.float64)
 
 
-def _standardised(series: NDArray[np.floating]) -> Series:
+def _standardise(series: NDArray[np.floating]) -> Series:
     """Return a series with mean 0 and deviation 1; all 0 if it says nothing."""
     off = series - np.mean(series) if len(series) >= FEWEST else np.zeros(1)
     usual = np.median(np.abs(off)) if np.isfinite(off).all() else 0.0
@@ -149,7 +149,7 @@ def find_copies(
             forms.setdefault((kind, len(series)), []).append(name)
     for (kind, _), names in forms.items():
         series = np.stack([fingerprints[name][kind] for name in names])
-        own = np.array([_later(one) for one in series])
+        own = np.array([_correlate_later(one) for one in series])
         for i, name in enumerate(names):  # one by one: of thousands, all pairs fill the memory
             alike = series[i:] @ series[i] / series.shape[1]
             # Two runs that swing evenly, at one rate, may be as alike as each is like itself later.
@@ -163,7 +163,7 @@ def find_copies(
     return sorted(found.values(), key=lambda copy: (place[copy.one], place[copy.other]))
 
 
-def _later(series: Series) -> float:
+def _correlate_later(series: Series) -> float:
     """Return how a series correlates with itself later, at most."""
     n = len(series)
     product = np.fft.irfft(np.abs(np.fft.rfft(series, 2 * n)) ** 2)[:n]
@@ -183,5 +183,5 @@ def read(text: Mapping[str, Sequence[int]]) -> Fingerprint:
     ValueError
         If it did not write it.
     """
-    every = {kind: _standardised(np.asarray(numbers, np.float64)) for kind, numbers in text.items()}
+    every = {kind: _standardise(np.asarray(numbers, np.float64)) for kind, numbers in text.items()}
     return {kind: series for kind, series in every.items() if series.any()}

@@ -8,7 +8,6 @@ they are read.
 
 import hashlib
 import json
-from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -41,22 +40,17 @@ def require_all_chunks(group: Path) -> None:
     for metadata in sorted(group.glob(f"*/{ROOT}")):
         array = read_json(metadata, "a part of a Zarr store")
         if array["node_type"] == "array":
-            chunks = _chunk_names(array)
+            along = array["chunk_grid"]["configuration"]["chunk_shape"]  # or of shards
+            counts = (-(-size // n) for size, n in zip(array["shape"], along, strict=True))
+            separator = array["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
+            numbers = product(*map(range, counts))
+            chunks = [separator.join(("c", *map(str, number))) for number in numbers]
             found = sum((metadata.parent / name).is_file() for name in chunks)
             if found < len(chunks):
                 raise InputError(
                     f"{metadata.parent}: expected {len(chunks)} chunks, found {found}; copy the "
                     "store again, or remove the recording's folder and extract again"
                 )
-
-
-def _chunk_names(array: Mapping[str, Any]) -> list[str]:
-    """Return the files of an array's chunks (or shards), from its Zarr v3 metadata."""
-    along = array["chunk_grid"]["configuration"]["chunk_shape"]
-    counts = (-(-size // chunk) for size, chunk in zip(array["shape"], along, strict=True))
-    separator = array["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
-    numbers = product(*map(range, counts))
-    return [separator.join(("c", *map(str, number))) for number in numbers]
 
 
 def read_attributes(path: Path) -> dict[str, Any]:

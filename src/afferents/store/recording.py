@@ -1,4 +1,4 @@
-"""`Recording`, `RecordingSet`, and what they hold: videos, audio, frames. All lazy."""
+"""`Recording`, `RecordingSet`, their videos, audio and frames (all lazy); rules for names."""
 
 import hashlib
 import re
@@ -40,7 +40,7 @@ class Frame(NamedTuple):
     in_colour
         Makes the picture in colour, (height, width, 3), blue, green, red; None of a grey one.
     bits
-        That the camera gave of each pixel, of which the upper eight are kept.
+        Bits of each pixel that the camera gave; the upper eight are kept.
     """
 
     time_s: float

@@ -28,6 +28,8 @@ from afferents.store.responses import Responses, check_responses
 FORMAT, SCHEMA = "afferents responses", 2
 TRACKS = "afferents tracks"
 """Format of a store of one video's tracks."""
+_MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))
+"""Attributes that are null on disk where they are not known: JSON has no NaN."""
 FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
@@ -60,26 +62,20 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             )
         if there:  # a store without any is as good as new
             if "sensor" in earlier and "sensor" in config:
-                _require_same_sensor(store, earlier["sensor"], config["sensor"])
+                has, wanted = earlier["sensor"], json.loads(json.dumps(config["sensor"]))
+                if differs := files.first_difference(has, wanted):
+                    which = f" (another {differs[0]})" if has["name"] == wanted["name"] else ""
+                    raise InputError(
+                        f"{store}: expected responses of the requested sensor, '{wanted['name']}', "
+                        f"found those of '{has['name']}'{which}; choose another name for the "
+                        "store, remove this one, or give that sensor"
+                    )
             files.require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier == config:
             return
     else:
         files.require_free(store, files.holds_only())
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
-
-
-def _require_same_sensor(
-    store: Path, earlier: Mapping[str, Any], wanted: Mapping[str, Any]
-) -> None:
-    """Refuse a sensor other than that of the responses there."""
-    if differs := files.first_difference(earlier, json.loads(json.dumps(wanted))):
-        which = f" (another {differs[0]})" if earlier["name"] == wanted["name"] else ""
-        raise InputError(
-            f"{store}: expected responses of the requested sensor, '{wanted['name']}', found those "
-            f"of '{earlier['name']}'{which}; choose another name for the store, remove this one, "
-            "or give that sensor"
-        )
 
 
 def create_parents(store: Path, names: Iterable[str]) -> None:
@@ -151,12 +147,14 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
         # Names of variable length: Zarr v3 specifies no type for those of fixed length.
         fixed = [name for name in dataset.variables if dataset[name].dtype.kind == "U"]
         named = dataset.assign_coords({name: dataset[name].astype(object) for name in fixed})
-        _without_nan(named).to_zarr(
+        known = {name: dataset.attrs[name] for name in _MAY_BE_NAN if name in dataset.attrs}
+        unknown = [name for name, value in known.items() if value != value]
+        named.assign_attrs(dict.fromkeys(unknown)).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
             write_empty_chunks=True,  # so that one that is missing has been lost
-            encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
+            encoding={name: _choose_chunks(dataset[name]) for name in dataset.data_vars},
         )
         if not (partial / ROOT).is_file():  # it was removed while it was being written
             raise InputError(
@@ -307,7 +305,9 @@ def _open(store: Path, name: str) -> Responses:
     read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
     with reading(group, "responses that can be read", do="remove the folder and extract again"):
         integrity.require_all_chunks(group)
-        responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
+        responses = xr.open_zarr(group, consolidated=False, chunks=None)
+        unknown = [name for name in _MAY_BE_NAN if responses.attrs.get(name, 0) is None]
+        responses = responses.assign_attrs(dict.fromkeys(unknown, math.nan))
         checked = check_responses(responses, group)
         integrity.require_described(checked, group)
         integrity.require_small_values(checked, group)
@@ -323,23 +323,7 @@ def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in config.items() if name not in FOLLOWS}
 
 
-_MAY_BE_NAN = (dims.SPEED, *(field.name for field in fields(ImageQuality)))
-
-
-def _without_nan(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses whose unknown speed, or light and focus, is null: JSON has no NaN."""
-    attrs = responses.attrs
-    unknown = [name for name in _MAY_BE_NAN if name in attrs and attrs[name] != attrs[name]]
-    return responses.assign_attrs(dict.fromkeys(unknown))
-
-
-def _with_nan(responses: xr.Dataset) -> xr.Dataset:
-    """Return responses as they were before `_without_nan`."""
-    unknown = [name for name in _MAY_BE_NAN if responses.attrs.get(name, 0) is None]
-    return responses.assign_attrs(dict.fromkeys(unknown, math.nan))
-
-
-def _encoding(variable: xr.DataArray) -> dict[str, Any]:
+def _choose_chunks(variable: xr.DataArray) -> dict[str, Any]:
     first = variable.dims[0]
     along = {dims.TIME: FRAMES_A_CHUNK, dims.AUDIO_TIME: AUDIO_SAMPLES_A_CHUNK}.get(str(first))
     whole = variable.shape

@@ -121,12 +121,7 @@ def test_samples_that_change_too_much_are_left_out(tmp_path):
 
 
 @pytest.mark.system
-def test_a_sweep_goes_all_the_way(run, tmp_path):
-    def does(*words):
-        code, out, err = run(*words)
-        assert code == 0, err
-        return out
-
+def test_a_sweep_goes_all_the_way(does, tmp_path):
     session, store = tmp_path / "S", tmp_path / "S.zarr"
     few = ("--textures", "2,4", "--repetitions", "2", "--seconds", "6", "--workers", "1")
     does("simulate", session, "--sweep", "20:80", *few, "--quiet")

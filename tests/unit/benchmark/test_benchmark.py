@@ -14,7 +14,7 @@ from sklearn.linear_model import LogisticRegression
 from afferents import Model
 from afferents.benchmark import Entry, all_tasks, find_task, read_entries, run, table
 from afferents.benchmark.entries import tables_by_task
-from afferents.benchmark.run import _knew_labels
+from afferents.benchmark.run import _describe_leak
 from afferents.benchmark.tasks import seal
 from afferents.channels import Channel
 from afferents.errors import InputError, LeakageError
@@ -197,7 +197,9 @@ def test_the_rigs_task_makes_its_own_data(tmp_path, monkeypatch):
     (found,) = run("rig/speed", "sa-wave-vector", tmp_path / "out", tmp_path / "rig", quiet=True)
     store = tmp_path / "rig" / "session.zarr"
     shutil.rmtree(store / "0/20")  # as if it had been stopped
-    import_module("afferents.benchmark.run")._make(find_task("rig/speed"), store, Progress(True))
+    import_module("afferents.benchmark.run")._simulate_data(
+        find_task("rig/speed"), store, Progress(True)
+    )
     assert holds_all(store)
     assert found.task.startswith("rig/speed@")
     assert found.data.simulated
@@ -213,4 +215,4 @@ def test_what_chance_does_to_few_recordings_is_no_knowledge_of_labels(entries, r
         found["chance"].data.model_copy(update={"recordings": recordings}),
     )
     of_few = {"mean": 0.27, "chance": 1 / 6, "controls": {"permuted": 0.3}, "data": data}
-    assert bool(_knew_labels(chance.model_copy(update=of_few))) is refused
+    assert bool(_describe_leak(chance.model_copy(update=of_few))) is refused

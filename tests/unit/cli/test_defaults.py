@@ -8,10 +8,11 @@ from importlib.metadata import version
 import pytest
 
 import afferents
+from afferents.choices import PRESET_ASKED, Cut, Preset
 from afferents.cli import show
 from afferents.cli.command import Output
 from afferents.cli.program import COMMANDS
-from afferents.cli.signatures import REQUIRED, fields_of, signature_of
+from afferents.cli.signatures import REQUIRED, read_fields, read_signature
 from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 from afferents.quality.issues import KINDS
 
@@ -23,7 +24,7 @@ def function_of(command):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_arguments_and_defaults_are_those_of_the_function(name):
-    read = {one.name: one.default for one in signature_of(COMMANDS[name].function).arguments}
+    read = {one.name: one.default for one in read_signature(COMMANDS[name].function).arguments}
     there = inspect.signature(function_of(COMMANDS[name])).parameters.values()
     defaults = {one.name: one.default for one in there if one.kind is not one.VAR_KEYWORD}
     computed = {
@@ -52,10 +53,12 @@ def test_every_argument_has_a_sentence_and_every_command_says_what_came_of_it(na
 
 @pytest.mark.parametrize("model", [EvaluationOptions, TrainingOptions])
 def test_fields_are_those_of_the_model(model):
-    read = {one.name: one for one in fields_of(f"afferents.evaluation.options:{model.__name__}")}
+    read = {one.name: one for one in read_fields(f"afferents.evaluation.options:{model.__name__}")}
     assert set(read) == set(model.model_fields)
     for name, field in model.model_fields.items():
         assert read[name].help == " ".join(field.description.partition("\n\n")[0].split())
+    assert (read["preset"].kind, read["preset"].default) == (Preset, PRESET_ASKED)
+    assert read["cut"].kind is Cut
 
 
 def test_checks_that_may_be_accepted_are_listed(does):

@@ -7,7 +7,7 @@ import pytest
 
 from afferents import load_results
 from afferents.choices import flag_of
-from afferents.cli.program import given_in
+from afferents.cli.program import read_given
 from afferents.evaluation.options import EvaluationOptions, TrainingOptions
 
 
@@ -82,7 +82,7 @@ def test_a_file_gives_what_is_required_too(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('data = "s.zarr"\nout = "m"\n')
     for named in (["--config", str(file)], [f"--config={file}"]):
-        assert given_in(["train", *named]) == {"config": file}
+        assert read_given(["train", *named]) == {"config": file}
 
 
 @pytest.mark.parametrize(

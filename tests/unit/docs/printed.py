@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 from typing import NamedTuple
 
-from afferents.cli.program import COMMANDS, given_in, name_in
+from afferents.cli.program import COMMANDS, find_name, read_given
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
@@ -51,10 +51,10 @@ def commands(page):
 
 def understood(text):
     """Return what a command is given by name, as it is parsed."""
-    return given_in(shlex.split(text)[1:])
+    return read_given(shlex.split(text)[1:])
 
 
 def flags_of(text):
     """Return the options that a command has."""
-    command = COMMANDS[name_in(shlex.split(text)[1:])]
+    command = COMMANDS[find_name(shlex.split(text)[1:])]
     return {command.flag(one) for one in command.arguments}

@@ -177,10 +177,8 @@ def kind_of(name, command):
 def things(tmp_path_factory):
     made = Things(tmp_path_factory.mktemp("things"))
     yield made
-    left = contents(made.folder)
-    assert {path: left.get(path) for path in made.begun} == made.begun, (
-        "a command changed its input"
-    )
+    left = {path: contents(path) for path in made.begun}
+    assert left == made.begun, "a command changed its input"
 
 
 @pytest.mark.system

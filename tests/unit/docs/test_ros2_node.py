@@ -22,13 +22,11 @@ def node():
 
 
 @pytest.fixture
-def lines(run, small_session):
+def lines(does, small_session):
     """What is seen of a clip and heard of its sound, without a model."""
     video, audio = (small_session / "1" / "20" / name for name in ("video.mp4", "audio.wav"))
-    command = ("live", "--json", "--speed", "max", "--video", video, "--audio", audio)
-    code, out, _ = run(*command)
-    assert code == 0
-    return out.splitlines()
+    asked = ("--json", "--speed", "max", "--video", video, "--audio", audio)
+    return does("live", *asked).splitlines()
 
 
 def test_percepts_become_messages(node, lines):

@@ -51,7 +51,7 @@ class Things:
         if not path.exists():
             with few_epochs():
                 MAKERS[name](self, path)
-            self.begun |= contents(path)
+            self.begun[path] = contents(path)
         return path
 
     def lay(self, name, place):

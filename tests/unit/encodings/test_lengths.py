@@ -30,11 +30,11 @@ def test_models_of_single_frames_stay_as_they_are():
 
 def test_a_study_goes_to_its_report(stores, tmp_path, does):
     out = tmp_path / "r"
-    asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1)
-    does(*asked, "--frames", "2,1", "--held-out", 40, "--out", out, "--quiet")
+    asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1, "--quiet")
+    does(*asked, "--frames", "2,1", "--held-out", 40, "--out", out)
     # Another length later joins those that are there.
-    printed = does(*asked, "--frames", "5,2", "--held-out", 40, "--out", out, "--quiet")
-    assert "Accuracy by length of window" in printed
+    said = does(*asked, "--frames", "5,2", "--held-out", 40, "--out", out)
+    assert "Accuracy by length of window" in said
     results = afferents.load_results(out)
     assert results.summary["lengths"]["sa-wave"] == {
         "1": "sa-wave-1", "2": "sa-wave-2", "5": "sa-wave-5",

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.reporting.occlusion import log_odds, losses, patches
+from afferents.reporting.explain import log_odds, losses, patches
 
 
 def looks_at(row, column):

@@ -32,9 +32,6 @@ def test_what_is_held_out_is_read_as_its_split_has_it():
 def test_values_of_another_kind_are_one_sentence(given, sentence):
     with pytest.raises(InputError, match=sentence):
         EvaluationOptions(**given)
-
-
-def test_models_are_names_or_models():
     with pytest.raises(InputError, match="--models: expected names, or an afferents"):
         choose_models(3)
 

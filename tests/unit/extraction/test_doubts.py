@@ -173,12 +173,6 @@ def test_a_copy_that_was_encoded_again_is_warned_of(run, noisy, tmp_path):
     assert "2/30 and 3/60 (by sound, " in said[0]
 
 
-def test_other_recordings_are_no_copies(run, sounds, tmp_path):
-    _, out, err = run("extract", sounds, tmp_path / "z", "--workers", "1", "--json")
-    assert json.loads(out)["copies"] == []
-    assert err == ""
-
-
 def test_many_copies_make_one_short_warning():
     copies = [Copy(f"1/{n}", f"2/{n}", "sound", 0.99) for n in range(50)]
     (warning,) = warn_of_copies(copies)

@@ -2,6 +2,29 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from afferents import DataSet, Recording, Session, WavFile
+
+
+class SoundFiles(DataSet):
+    """Sounds ``{texture}_{...}.wav`` of `lasting_s` each; `told` reads what else is in a name."""
+
+    lasting_s = 1.0
+
+    def scan(self):
+        return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
+
+    def one(self, path):
+        texture, *rest = path.stem.split("_")
+        speed_mm_s, conditions = self.told(*rest)
+        return Recording(
+            path.stem, texture, speed_mm_s, path, audio=WavFile(path, channel=0),
+            steady_s=(0.0, self.lasting_s), conditions=conditions,
+        )  # fmt: skip
+
+    def told(self, speed):
+        """Return the speed, mm/s, and conditions."""
+        return float(speed), {}
+
 
 def make(speeds, textures=("a", "b"), n=6, overlap=0.0):
     """Samples of n windows of 1 s a recording, neighbours overlapping by `overlap` s."""

@@ -5,31 +5,24 @@ import pytest
 import soundfile
 
 import afferents
-from afferents import DataSet, Recording, Session, WavFile
 from afferents.folds.controls import CONTROLS, apply_control
 from afferents.folds.held_out import SPEED
 from afferents.reporting.tables import controls_table
 from afferents.store.responses import steady_s
 from afferents.store.zarr_store import open_responses
 
+from .conftest import SoundFiles
+
 RATE_HZ, SPEEDS = 2000, (10, 20, 30, 40)
 
 
-class Sounds(DataSet):
+class Sounds(SoundFiles):
     """Sounds ``{texture}_{speed}.wav``, two seconds each."""
 
-    name, title = "sounds", "sounds"
+    name, title, lasting_s = "sounds", "sounds", 2.0
     encodings = {  # noqa: RUF012
         "orders": {"window_s": 0.5, "stride_s": 0.25, "lowest_hz": 10.0, "highest_hz": 500.0},
     }
-
-    def scan(self):
-        return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
-
-    def one(self, path):
-        texture, speed = path.stem.split("_")
-        sound = WavFile(path, channel=0)
-        return Recording(path.stem, texture, float(speed), path, audio=sound, steady_s=(0.0, 2.0))
 
 
 def recorded(folder, sound_of):

@@ -5,18 +5,19 @@ import pytest
 import soundfile
 
 import afferents
-from afferents import DataSet, Recording, Session, WavFile
 from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneGroupOut, find_leaks, refuse_leaks
+
+from .conftest import SoundFiles
 
 PAIR = split_named("speed,force")
 SPEEDS, FORCES, TEXTURES = (10, 20, 30, 40), (1, 2, 3, 4), "abc"
 RATE_HZ = 2000
 
 
-class Pressed(DataSet):
+class Pressed(SoundFiles):
     """Sounds ``{texture}_{speed}_{force}.wav``, a second each."""
 
     name, title = "pressed", "pressed"
@@ -25,16 +26,8 @@ class Pressed(DataSet):
         "orders": {"window_s": 0.5, "stride_s": 0.25, "lowest_hz": 10.0},
     }
 
-    def scan(self):
-        return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
-
-    def one(self, path):
-        texture, speed, force = path.stem.split("_")
-        sound = WavFile(path, channel=0)
-        return Recording(
-            path.stem, texture, float(speed), path, audio=sound, steady_s=(0.0, 1.0),
-            conditions={"force": force},
-        )  # fmt: skip
+    def told(self, speed, force):
+        return float(speed), {"force": force}
 
 
 @pytest.fixture(scope="module")

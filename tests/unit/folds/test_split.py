@@ -13,7 +13,6 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
 import afferents
-from afferents import DataSet, Recording, Session, WavFile
 from afferents.errors import InputError
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
@@ -21,11 +20,13 @@ from afferents.folds.splits import LeaveOneGroupOut as Folds
 from afferents.folds.splits import find_leaks, refuse_leaks
 from afferents.models.card import parse_card
 
+from .conftest import SoundFiles
+
 RATE_HZ = 8000
 TRIAL = {"models": "ridge-te", "split": "trial", "workers": 1, "quiet": True}
 
 
-class Stretches(DataSet):
+class Stretches(SoundFiles):
     """Sounds ``{texture}_{trial}.wav`` of no known speed; who made them is a condition of some."""
 
     name, title = "stretches", "stretches"
@@ -34,20 +35,8 @@ class Stretches(DataSet):
         "orders": {"window_s": 0.5, "stride_s": 0.125, "lowest_hz": 3.0},
     }
 
-    def scan(self):
-        return Session(self.path, tuple(map(self.stretch, sorted(self.path.glob("*.wav")))))
-
-    def stretch(self, path):
-        texture, trial = path.stem.split("_")
-        known = {"trial": int(trial)} | ({"by": "Ann"} if trial != "3" else {})
-        sound = WavFile(path, channel=0)
-        return Recording(
-            path.stem, texture, self.speed(int(trial)), path, audio=sound, steady_s=(0.0, 1.0),
-            conditions=known,
-        )  # fmt: skip
-
-    def speed(self, trial):
-        return math.nan
+    def told(self, trial):
+        return math.nan, {"trial": int(trial)} | ({"by": "Ann"} if trial != "3" else {})
 
 
 class AtSpeeds(Stretches):
@@ -55,8 +44,8 @@ class AtSpeeds(Stretches):
 
     name = "stretches at speeds"
 
-    def speed(self, trial):
-        return 10.0 * trial
+    def told(self, trial):
+        return 10.0 * int(trial), super().told(trial)[1]
 
 
 @pytest.fixture(scope="module")
@@ -123,16 +112,15 @@ def test_the_held_out_trial_changes_nothing_of_what_is_learnt(evaluated, folder,
     assert list(again.summary["models"]["ridge-te"]["nested"]["by"]) == ["2"]
 
 
-def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
+def test_the_report_status_and_pictures_speak_of_trials(evaluated, does):
     page = afferents.report(evaluated.root, quiet=True).read_text()
     assert "leave-one-trial-out evaluation" in page
     assert "--split trial" in page
     assert "speeds held out" not in page
     assert (evaluated.root / "figures" / "accuracy-by-group.png").is_file()
     assert "Worst trial here" in (evaluated.root / "table1.md").read_text()
-    code, out, _ = run("status", evaluated.root, "--json")
-    assert code == 0
-    assert {job["held_out"] for job in json.loads(out)["jobs"]} == {"1", "2", "3"}
+    jobs = json.loads(does("status", evaluated.root, "--json"))["jobs"]
+    assert {job["held_out"] for job in jobs} == {"1", "2", "3"}
     assert afferents.plot.accuracy_by_speed(evaluated).get_xlabel() == "held-out trial"
     one = afferents.plot.confusion(evaluated, protocol="nested", held_out="2")
     assert "trial 2 held out" in one.get_title()

@@ -158,20 +158,6 @@ def fibres(gaps, textures=55, units=39, repetitions=4, seed=0):
     return Spikes.from_trains(trains, {"name": range(units), "class": classes}, trials)
 
 
-def test_trains_with_gaps_are_matched_by_what_was_recorded():
-    """44% of the trials are missing, as of real fibres; the truth is that trains do stretch."""
-    spikes = fibres(0.44, textures=12, repetitions=2)
-    assert 1 - spikes.recorded.mean() == pytest.approx(0.44, abs=0.03)
-    assert not spikes.recorded.all(axis=0).any()
-    found = match_by_class(stretch_match(spikes, n_units=None)).set_index(["class", "stretched"])
-    assert (found["n_textures"] == 12).all()
-    assert found.loc[("SA", True), "n_units"] == 17
-    np.testing.assert_allclose(found["chance"], 1 / 12)
-    for name in ("SA", "RA", "PC"):
-        assert found.loc[(name, True), "accuracy"] > 0.8
-        assert found.loc[(name, False), "accuracy"] < 0.5
-
-
 def test_slopes_are_the_powers_that_rates_grow_by():
     powers = [0.0, 0.7, 1.2]
     spikes = made(

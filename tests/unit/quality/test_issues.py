@@ -14,14 +14,11 @@ FROZEN = QualityIssue("frozen", "v.mp4", "a picture that changes", "the same one
 LOUD = QualityIssue("loud", "a.wav", "samples within full scale", "3 beyond it")
 
 
-def test_what_is_not_accepted_is_refused_with_the_way_to_accept_it():
-    with pytest.raises(InputError, match=r"^v\.mp4: .*found the same one; .*--accept frozen$"):
-        require_accepted([LOUD, FROZEN], {"loud"})
-
-
-def test_what_is_accepted_comes_back():
+def test_what_is_accepted_comes_back_and_what_is_not_is_refused_with_the_way_to_accept_it():
     assert require_accepted([LOUD, FROZEN], {"loud", "frozen"}) == [LOUD, FROZEN]
     assert require_accepted([], ()) == []
+    with pytest.raises(InputError, match=r"^v\.mp4: .*found the same one; .*--accept frozen$"):
+        require_accepted([LOUD, FROZEN], {"loud"})
 
 
 def test_kinds_are_read_by_name():
@@ -40,27 +37,32 @@ def holding(*spans):
     return holds
 
 
-def test_the_part_is_what_was_declared():
-    assert sliding_part(0.0, 10.0, (1.5, 8.0)) == (1.5, 8.0)
-    assert sliding_part(0.0, 10.0, (1.5, 1e9)) == (1.5, 10.0)
+@pytest.mark.parametrize(
+    ("stop_s", "declared", "part"),
+    [
+        (10.0, (1.5, 8.0), (1.5, 8.0)),
+        (10.0, (1.5, 1e9), (1.5, 10.0)),
+        (65.0, None, (2.5, 62.5)),
+        (4.0, None, (1.0, 3.0)),
+        (4.0, (100.0, 200.0), (1.0, 3.0)),
+    ],
+)
+def test_the_part_is_what_was_declared_or_leaves_the_ends_out(stop_s, declared, part):
+    assert sliding_part(0.0, stop_s, declared) == part
 
 
-def test_without_it_the_ends_are_left_out():
-    assert sliding_part(0.0, 65.0, None) == (2.5, 62.5)
-    assert sliding_part(0.0, 4.0, None) == (1.0, 3.0)
-    assert sliding_part(0.0, 4.0, (100.0, 200.0)) == (1.0, 3.0)
-
-
-def test_what_lasts_long_enough_within_the_part_is_found_as_a_whole():
-    assert lasting(holding((1.0, 5.0)), TIME_S, (2.0, 9.0), 0.5) == (1.0, 5.0)
-    assert lasting(holding((1.0, 2.3)), TIME_S, (2.0, 9.0), 0.5) is None
-    assert lasting(holding((3.0, 3.4)), TIME_S, (2.0, 9.0), 0.5) is None
-    assert lasting(holding(), TIME_S, (2.0, 9.0), 0.5) is None
-
-
-def test_a_key_frame_is_no_end():
-    found = lasting(holding((1.0, 3.0), (3.5, 6.0), (8.0, 9.0)), TIME_S, (2.0, 9.0), 0.5)
-    assert found == (1.0, 6.0)
+@pytest.mark.parametrize(
+    ("spans", "found"),
+    [
+        ([(1.0, 5.0)], (1.0, 5.0)),
+        ([(1.0, 2.3)], None),
+        ([(3.0, 3.4)], None),
+        ([], None),
+        ([(1.0, 3.0), (3.5, 6.0), (8.0, 9.0)], (1.0, 6.0)),  # a key frame is no end
+    ],
+)
+def test_what_lasts_long_enough_within_the_part_is_found_as_a_whole(spans, found):
+    assert lasting(holding(*spans), TIME_S, (2.0, 9.0), 0.5) == found
 
 
 def test_an_end_near_that_of_the_recording_is_said_to_be_it():

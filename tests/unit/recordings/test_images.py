@@ -63,29 +63,29 @@ def test_dark_images_are_not_brightened_to_a_depth_that_no_camera_has(tmp_path):
     assert (frame.bits, frame.image[0, 0]) == (12, 127)
 
 
-def test_images_of_other_types_than_the_first_are_refused(tmp_path):
-    cv2.imwrite(str(tmp_path / "1.png"), np.zeros((4, 6), np.uint16))
-    cv2.imwrite(str(tmp_path / "2.png"), np.zeros((4, 6), np.uint8))
-    with pytest.raises(InputError, match=r"6x4 px in 16 bits, found 6x4 px in 8 bits"):
-        list(ImageFolder(tmp_path, 10.0).frames())
-    (tmp_path / "1.png").unlink()
-    cv2.imwrite(str(tmp_path / "1.tif"), np.zeros((4, 6), np.float32))
-    with pytest.raises(InputError, match=r"1\.tif: .* of 8 or 16 bits, found float32; write it"):
-        list(ImageFolder(tmp_path, 10.0).frames())
+NO_SERIES = {
+    "numbered images, found none in it": {},
+    r"1\.png: expected a readable image": {"0.png": np.uint8, "1.png": b"no image"},
+    "6x4 px in 16 bits, found 6x4 px in 8 bits": {"0.png": np.uint16, "1.png": np.uint8},
+    r"0\.tif: .* of 8 or 16 bits, found float32; write it": {"0.tif": np.float32},
+    "an image of 6x4 px in 8 bits, found 6x5": {
+        "0.png": np.uint8,
+        "1.png": np.zeros((5, 6), np.uint8),
+    },
+    r"a number each, found a1\.png and b1\.png": {"a1.png": np.uint8, "b1.png": np.uint8},
+}
 
 
-def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
-    with pytest.raises(InputError, match="numbered images, found none in it"):
-        next(ImageFolder(tmp_path_factory.mktemp("empty"), 10.0).frames())
-    (folder / "frame9.png").write_bytes(b"no image")
-    with pytest.raises(InputError, match=r"frame9\.png: expected a readable image"):
-        list(ImageFolder(folder, 10.0).frames())
-    cv2.imwrite(str(folder / "frame9.png"), np.zeros((5, 6), np.uint8))
-    with pytest.raises(InputError, match=r"an image of 6x4 px in 8 bits, found 6x5 px in 8 bits"):
-        list(ImageFolder(folder, 10.0).frames())
-    cv2.imwrite(str(folder / "other9.png"), np.zeros((4, 6), np.uint8))
-    with pytest.raises(InputError, match=r"a number each, found frame9\.png and other9\.png"):
-        list(ImageFolder(folder, 10.0).frames())
+@pytest.mark.parametrize("said", NO_SERIES)
+def test_what_is_no_series_of_images_is_refused(tmp_path, said):
+    for name, content in NO_SERIES[said].items():
+        if isinstance(content, bytes):
+            (tmp_path / name).write_bytes(content)
+            continue
+        image = np.zeros((4, 6), content) if isinstance(content, type) else content
+        cv2.imwrite(str(tmp_path / name), image)
+    with pytest.raises(InputError, match=said):
+        list(ImageFolder(tmp_path, 10.0).frames())
 
 
 def test_their_rate_must_be_said(folder):
@@ -114,8 +114,8 @@ def test_a_folder_is_told_from_others_by_all_its_images(folder):
     assert checksum(folder) != changed
 
 
-def write_times(path, rows, head="image,real_time"):
-    path.write_text("\n".join([head, *(f"{name},{time}" for name, time in rows)]) + "\n")
+def csv_of(rows, head="image,real_time"):
+    return "\n".join([head, *(f"{name},{time}" for name, time in rows)]) + "\n"
 
 
 ROWS = [("frame8.png", 100.0), ("frame9.png", 100.1), ("frame10.png", 100.25), ("frame12.png", 101)]
@@ -129,7 +129,7 @@ def test_a_csv_says_when_images_were_taken(folder, head, is_zip):
     if is_zip:
         path = zipped(folder)
         csv = path.with_suffix(".csv")
-    write_times(csv, rows[::-1], head)
+    csv.write_text(csv_of(rows[::-1], head))
     clip = open_clip(path)
     assert (clip.rate_hz, clip.n_frames, clip.clock_s[0]) == (None, 4, 100)
     assert clip.fps_hz == pytest.approx(1 / 0.15)
@@ -148,29 +148,22 @@ def zipped(folder):
 
 
 @pytest.mark.parametrize(
-    ("rows", "found"),
+    ("text", "found"),
     [
-        (ROWS[:3], r"rows for the 4 images and no others, found none for number 12; add its time"),
-        ([*ROWS, ("frame13.png", 102)], r"one of them for number 13, which is not there; copy"),
-        ([*ROWS[:3], ROWS[2]], r"in each of 4 rows, each image once, found 3"),
-        ([*ROWS[:3], ("frame12.png", "")], r"in each of 4 rows, each image once, found 3"),
-        ([*ROWS[:3], ("frame12.png", 100)], r"found 100\.0+ s for frame12\.png after 100\.25"),
-        ([*ROWS[:3], ("frame12.png", 100.25)], r"times that rise from image to image"),
-        ([], r"rows for the 4 images"),
+        (csv_of(ROWS[:3]), "rows for the 4 images and .* found none for number 12; add its time"),
+        (csv_of([*ROWS, ("frame13.png", 102)]), "one of them for number 13, which is not there"),
+        (csv_of([*ROWS[:3], ROWS[2]]), r"in each of 4 rows, each image once, found 3"),
+        (csv_of([*ROWS[:3], ("frame12.png", "")]), r"in each of 4 rows, each image once, found 3"),
+        (csv_of([*ROWS[:3], ("frame12.png", 100)]), r"found 100\.0+ s for frame12\.png after 100"),
+        (csv_of([*ROWS[:3], ("frame12.png", 100.25)]), r"times that rise from image to image"),
+        (csv_of([]), r"rows for the 4 images"),
+        (csv_of(ROWS, "image,when"), r"column of times in s .* found image, when; rename"),
+        ("", "a readable CSV file"),
     ],
 )
-def test_a_csv_of_other_images_or_whose_times_do_not_rise_is_refused(folder, rows, found):
-    write_times(folder / "timestamps.csv", rows)
+def test_a_csv_of_other_images_or_whose_times_do_not_rise_is_refused(folder, text, found):
+    (folder / "timestamps.csv").write_text(text)
     with pytest.raises(InputError, match=rf"timestamps\.csv: expected .*{found}"):
-        open_clip(folder)
-
-
-def test_a_csv_without_the_columns_is_refused(folder):
-    write_times(folder / "timestamps.csv", ROWS, "image,when")
-    with pytest.raises(InputError, match=r"column of times in s .* found image, when; rename"):
-        open_clip(folder)
-    (folder / "timestamps.csv").write_bytes(b"")
-    with pytest.raises(InputError, match=r"timestamps\.csv: expected a readable CSV file"):
         open_clip(folder)
 
 
@@ -201,7 +194,7 @@ def test_images_decoded_ahead_come_in_order_and_a_stopped_reader_leaves_no_threa
 
 def test_a_session_names_the_csv_of_times(folder):
     root = folder.parent
-    write_times(root / "when.csv", ROWS)
+    (root / "when.csv").write_text(csv_of(ROWS))
     toml = f'[[recordings]]\nvideo = "{folder.name}"\ntexture = "felt"\ntimes = "when.csv"\n'
     (root / "session.toml").write_text(toml)
     (recording,) = afferents.read_session(root).recordings

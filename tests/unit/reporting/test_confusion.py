@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from afferents.evaluation.results import Summary
-from afferents.reporting.draw import normalise
+from afferents.reporting.grids import confusion_figure
 from afferents.reporting.published import published_textures
-from afferents.reporting.result_figures import confusion_figure
+from afferents.reporting.style import normalise
 
 
 def matrices(figure):

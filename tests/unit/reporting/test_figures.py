@@ -7,15 +7,15 @@ import pytest
 
 from afferents.evaluation.results import Summary
 from afferents.reporting.data import FigureData
-from afferents.reporting.data_figures import (
+from afferents.reporting.grids import (
     choose_stretch,
     images_figure,
+    picture_accuracies,
     spectra_figure,
     stretch_figure,
 )
 from afferents.reporting.published import published_textures
 from afferents.reporting.report import draw_pictures
-from afferents.reporting.result_figures import picture_accuracies
 
 S = Summary.model_validate
 

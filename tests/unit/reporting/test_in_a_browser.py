@@ -1,15 +1,12 @@
 """The report as a person sees it: in a real browser that has no network."""
 
-import os
-import shutil
-
 import pytest
 
 import afferents
 
-pytestmark = pytest.mark.system
+from ...extras import open_browser
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
@@ -35,21 +32,10 @@ WIDE = """() => {
 
 @pytest.mark.parametrize(("width", "n_wide"), [(1200, 0), (375, 1)])
 def test_nothing_lies_beyond_the_edge_and_wide_tables_have_a_bar(page, width, n_wide):
-    api = pytest.importorskip("playwright.sync_api")
-    if CHROMIUM is None:
-        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
-            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
-        pytest.skip("no chromium on this machine: apt-get install chromium")
-    with api.sync_playwright() as run:
-        window = run.chromium.launch(
-            executable_path=CHROMIUM,
-            args=["--no-sandbox"],
-            ignore_default_args=["--hide-scrollbars"],
-        )
+    with open_browser(ignore_default_args=["--hide-scrollbars"]) as window:
         shown = window.new_page(viewport={"width": width, "height": 800})
         shown.goto(page.as_uri())
         found = shown.evaluate(WIDE)
-        window.close()
     assert found["over"] == []
     assert found["page"] <= 0
     assert len(found["bar"]) >= n_wide

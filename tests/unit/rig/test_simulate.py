@@ -17,6 +17,7 @@ from afferents.rig import HARD, NUISANCES
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import make_simulation
 
+from ...kept import contents
 from ...limits import files_no_larger_than
 
 TEXTURES, SPEEDS, SECONDS = ("g",), (50.0, 100.0), 1.6
@@ -32,14 +33,6 @@ def simulate(folder, workers=1, **changed):
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     return simulate(tmp_path_factory.mktemp("simulated") / "one")
-
-
-def contents(session, *names):
-    return {
-        str(path.relative_to(session)): path.read_bytes()
-        for name in names
-        for path in session.rglob(name)
-    }
 
 
 def test_it_is_read_as_any_session_and_says_all_of_itself(session):

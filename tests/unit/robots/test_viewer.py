@@ -28,22 +28,22 @@ def contents_of(path):
 def test_all_of_a_session_and_its_store(simulated, tmp_path, does):
     session, store = simulated
     save = tmp_path / "touch.rrd"
-    out = does("view", session, "4/60", "--store", store, "--save", save, "--json")
-    n = json.loads(out)["logged"]
+    said = does("view", session, "4/60", "--store", store, "--save", save, "--json")
+    n = json.loads(said)["logged"]
     assert n["camera"] == n["camera/markers"] == n["sa1"] == n["ra1"] == 180
     assert n["microphone/dB"] == 200
     assert n["drum/speed_mm_s"] > 10
     said = contents_of(save)
     for entity in n:
         assert f"/{entity}:" in said
-    out = does("view", session, "--save", tmp_path / "film.rrd", "--json")
-    assert json.loads(out)["logged"]["drum/speed_mm_s"] == n["drum/speed_mm_s"]
+    film = does("view", session, "--save", tmp_path / "film.rrd", "--json")
+    assert json.loads(film)["logged"]["drum/speed_mm_s"] == n["drum/speed_mm_s"]
 
 
 @with_rerun
 def test_a_store_alone(simulated, tmp_path, does):
-    out = does("view", simulated[1], "--save", tmp_path / "touch.rrd", "--json")
-    n = json.loads(out)["logged"]
+    said = does("view", simulated[1], "--save", tmp_path / "touch.rrd", "--json")
+    n = json.loads(said)["logged"]
     assert "camera" not in n
     assert (n["sa1"], n["microphone/dB"]) == (180, 200)
 

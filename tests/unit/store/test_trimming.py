@@ -59,12 +59,11 @@ def test_it_is_read_and_written_and_overrules_what_the_recording_says():
     assert [steady_s(r) for r in set_steady([ONE], None)] == [(0.1, 0.9)]
 
 
-@pytest.mark.parametrize("text", ["", "1", "1:2:3", "a:b", "1,2"])
-@pytest.mark.parametrize("wanted", [(2, 1), (-1, 2), (0, np.inf), (np.nan, 1), (1,)])
-def test_malformed_and_impossible_ones_are_refused(text, wanted):
+@pytest.mark.parametrize(
+    "wanted", ["", "1", "1:2:3", "a:b", "1,2", (2, 1), (-1, 2), (0, np.inf), (np.nan, 1), (1,)]
+)
+def test_malformed_and_impossible_ones_are_refused(wanted):
     with pytest.raises(InputError, match=r"--steady: expected START:STOP in s, as in 0\.2:2\.8"):
-        parse_steady(text, "all")
-    with pytest.raises(InputError, match="--steady"):
         parse_steady(wanted, "all")
     with pytest.raises(InputError, match="the cut 'all', found 'published'"):
         parse_steady((0, 1), "published")

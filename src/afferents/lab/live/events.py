@@ -1,4 +1,4 @@
-"""What sources give: frames, sound, troubles, beginnings; how these are taken; what is wanted.
+"""Events of live sources (frames, sound, faults), and the mailbox, which drops the oldest.
 
 Of running sources they are taken as they come, of recordings in the order of their times.
 """

@@ -1,4 +1,4 @@
-"""From frames to touches: markers followed through gaps, torn frames and rest set anew."""
+"""Markers followed live, frame by frame, through gaps, torn frames and a new rest: `Touch`es."""
 
 import math
 from collections import deque
@@ -28,7 +28,7 @@ from afferents.store.recording import Frame
 MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
 DOUBLED = 0.25
-"""A frame that comes within this share of the period is the one before once more."""
+"""A frame this share of a period after the last, or less, or a little older, is a copy of it."""
 STEPS, SUPPOSED = 101, 5
 """Without a model the period is the median of this many steps from frame to frame: the average rate
 of a file that lost frames is too low. It begins as the source's, in this many steps."""
@@ -64,7 +64,7 @@ class Cadence:
         self._steps_s = None if is_known else deque([1 / rate_hz] * SUPPOSED, STEPS)
 
     def step(self, time_s: float) -> float | None:
-        """Return how many periods after the last frame the next was taken; None if it is that one.
+        """Return how many periods after the last frame the next was taken; None if it is a copy.
 
         Less than 0 where the clock goes back.
         """

@@ -101,7 +101,7 @@ def give_signals(
     names
         Of the signals, see `UNITS`.
     places
-        Where they go; see `places.prepare_places`.
+        Where they go; see `prepare_places`.
     name
         Of the fingertip, where there are several.
     """

@@ -36,9 +36,9 @@ SILENT_S = 0.5
 START_S = 3.0
 """A source may take this time for its first event: cameras start slowly, and so does the rig."""
 _FORGET = 0.001
-"""The quickest arrival is forgotten by this share of the time gone by: clocks drift."""
+"""The quickest arrival seen grows by this share of the time since then, as clocks drift."""
 NAMES: dict[Channel, str] = {"video": "camera", "audio": "microphone"}
-"""That predictions carry where a model's would be."""
+"""Names in predictions where there is no model."""
 SLOW = 1.12
 """Frames in a row that are farther apart than this, on average, make RA-I too large."""
 

@@ -103,9 +103,7 @@ def import_recording(
                 "--times: expected a CSV with the time of each frame, found none; or give a bag"
             )
         sound = None if audio is None else Path(audio)
-        table = _read_times(Path(times))
-        sequence = table[SEQUENCE].to_numpy() if SEQUENCE in table else None
-        time_s = table[TIME].to_numpy()
+        time_s, sequence = _read_times(Path(times))
         start_s = float(time_s[0]) if audio_start_s is None else audio_start_s
         origin = {"video": str(source), "audio": str(sound or "")}
         given = bags.ImportedFiles(source, sound, time_s, start_s, source, origin, sequence)
@@ -154,8 +152,8 @@ def _write(
     return checks
 
 
-def _read_times(path: Path) -> pd.DataFrame:
-    """Read the table of times.
+def _read_times(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+    """Return the times of frames, s, and their numbers, if a table has any.
 
     Raises
     ------
@@ -169,18 +167,17 @@ def _read_times(path: Path) -> pd.DataFrame:
     if TIME not in table or len(table) < 2:
         found = f"{len(table)} rows of columns {', '.join(map(str, table.columns))}"
         raise InputError(f"{path}: expected {what}, of at least 2 frames, found {found}")
-    wrong = np.flatnonzero(~(np.diff(table[TIME]) > 0))
-    if len(wrong) or not np.isfinite(table[TIME]).all():
+    time_s = table[TIME].to_numpy()
+    wrong = np.flatnonzero(~(np.diff(time_s) > 0))
+    if len(wrong) or not np.isfinite(time_s).all():
         row = int(wrong[0]) + 1 if len(wrong) else 0
-        raise InputError(
-            f"{path}: expected times that rise, found {table[TIME].iloc[row]} in row {row + 1}"
-        )
+        raise InputError(f"{path}: expected times that rise, found {time_s[row]} in row {row + 1}")
     low, high = _RATES_HZ
-    if not low <= (rate_hz := _measure_rate(table[TIME].to_numpy())) <= high:
+    if not low <= (rate_hz := _measure_rate(time_s)) <= high:
         raise InputError(
             f"{path}: expected times in s, found {rate_hz:.3g} frames/s; are they in ms or ns?"
         )
-    return table
+    return time_s, table[SEQUENCE].to_numpy() if SEQUENCE in table else None
 
 
 def _number_frames(time_s: NDArray[np.float64]) -> NDArray[np.float64]:

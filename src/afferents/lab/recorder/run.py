@@ -114,18 +114,16 @@ class Run:
                     audio = files.enter_context(closing(writer))
                 storing = threading.Thread(target=self._store, args=(video,), daemon=True)
                 storing.start()
-                try:
-                    with self._devices.stream(
-                        self._take, lambda block: self._write_block(audio, block), self._fail
-                    ):
-                        try:
-                            self._conduct()
-                        finally:
-                            self._devices.drive.stop()
-                            self._over.set()
-                finally:
-                    self._waiting.put(None)
-                    storing.join()
+                files.callback(storing.join)
+                files.callback(self._waiting.put, None)  # before it: the last to be stored
+                with self._devices.stream(
+                    self._take, lambda block: self._write_block(audio, block), self._fail
+                ):
+                    try:
+                        self._conduct()
+                    finally:
+                        self._devices.drive.stop()
+                        self._over.set()
         except (OSError, av.FFmpegError) as error:
             self._fail(error)
         finally:

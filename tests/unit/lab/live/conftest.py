@@ -1,7 +1,6 @@
 """Small models, trained and exported once, and a browser."""
 
-import os
-import shutil
+import math
 
 import numpy as np
 import pytest
@@ -12,9 +11,9 @@ from afferents.models.model import MODELS
 from afferents.progress import Progress
 
 from ....conftest import MAKES_STORES, few_epochs
+from ....extras import open_browser
 from ....kept import kept
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = Progress(quiet=True)
 MAKES_MODELS = ("afferents.evaluation.train", "afferents.models.export")
 LIVE = ["afferents.cli", "afferents.lab.live.web.server", "afferents.lab.live.replay"]
@@ -51,18 +50,21 @@ def models(stores):
         yield {name: folder / f"{name}.onnx" for name in sources}
 
 
+def pipeline_of(models, *names, speed=math.inf):
+    """Return a pipeline of some models, for which nothing comes too late unless `speed` is 1."""
+    from afferents.lab.live import LivePipeline, Network
+
+    pipeline = LivePipeline.with_models([Network(models[name]) for name in names])
+    for sense in (pipeline.video, pipeline.audio):
+        if sense is not None:
+            sense.speed = speed
+    return pipeline
+
+
 @pytest.fixture(scope="module")
 def browser():
-    if CHROMIUM is None:
-        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
-            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
-        pytest.skip("no chromium on this machine: apt-get install chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with open_browser() as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture

@@ -25,6 +25,8 @@ from afferents.models.card import METADATA
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session
 
+from .conftest import pipeline_of
+
 
 def changed(path, out, **fields):
     """The model with other fields in its card; a field that is None is left out."""
@@ -131,7 +133,7 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
     ],
 )
 def test_sources_that_are_not_there(models, asked, sentence):
-    pipeline = LivePipeline.with_models([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    pipeline = pipeline_of(models, "sa-se", "vib-te-aug")
     with pytest.raises(InputError, match=sentence):
         open_sources(**{"video": None, "audio": None, **asked}, wanted=pipeline.wanted)
 
@@ -140,12 +142,8 @@ def test_a_microphone_that_is_not_there():
     """Without the PortAudio library, or with it but no device: either is one sentence."""
     with pytest.raises(InputError, match="microphone"):
         Microphone("nobody's microphone", 44_100)
-
-
-def test_a_rate_that_no_microphone_has_is_refused_in_a_sentence():
-    """As of a model of taxels, which are read 200 times a second."""
     with pytest.raises(InputError, match=r"rate_hz: greater than or equal to 1000, found 200\.0"):
-        Microphone("default", 200.0)
+        Microphone("default", 200.0)  # as of a model of taxels
 
 
 def test_samples_are_counted_after_the_converter_s_clock(rng):

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from afferents.reporting import explain
-from afferents.reporting.occlusion import Examples, lose_frequencies
+from afferents.reporting.explain import Examples, lose_frequencies
 
 
 @pytest.fixture(autouse=True)

@@ -14,8 +14,6 @@ from afferents.lab.live import (
     Begin,
     Camera,
     CameraFrame,
-    LivePipeline,
-    Network,
     Pace,
     ReplayedSound,
     ReplayedVideo,
@@ -28,6 +26,8 @@ from afferents.lab.live.pipeline import check_sources
 from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session
 from afferents.store.recording import Frame
+
+from .conftest import pipeline_of
 
 
 @pytest.fixture
@@ -44,16 +44,7 @@ def chunks(sounds):
 
 @pytest.fixture
 def seeing(models):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
-    pipeline.video.speed = math.inf
-    return pipeline
-
-
-@pytest.fixture
-def hearing(models):
-    pipeline = LivePipeline.with_models([Network(models["vib-te-aug"])])
-    pipeline.audio.speed = math.inf
-    return pipeline
+    return pipeline_of(models, "ra-ste")
 
 
 def fed(pipeline, events):
@@ -75,8 +66,7 @@ would soon have waited here as well."""
 
 def test_evidence_begins_anew_where_rest_is_set_and_goes_on_where_it_is_refused(models, pictures):
     """The clip's first picture shows the skin at rest, its last ones sliding drums."""
-    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
-    pipeline.video.speed = math.inf
+    pipeline = pipeline_of(models, "sa-se")
     fed(pipeline, pictures[:30])
     assert pipeline.set_rest()
     sliding = fed(pipeline, pictures[30:41])
@@ -101,15 +91,14 @@ def test_a_run_of_ten_never_spans_a_missing_or_torn_frame(seeing, pictures, faul
 
 @pytest.mark.parametrize(("slower", "stalled"), [(1.5, True), (1.05, False)])
 def test_a_camera_that_is_too_slow_gives_nothing_fresh(models, pictures, slower, stalled):
-    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
-    pipeline.video.speed = math.inf
+    pipeline = pipeline_of(models, "sa-se")
     slow = [p._replace(frame=p.frame._replace(time_s=slower * p.time_s)) for p in pictures]
     last = fed(pipeline, slow)[-1]
     assert (last.state == "stalled", last.counters.dropped) == (stalled, 0)
 
 
 def test_one_stamp_far_ahead_costs_a_run_and_no_more(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+    pipeline = pipeline_of(models, "ra-ste", speed=1)
     now_s = time.monotonic() + AHEAD_S
     arrived = [p._replace(arrived_s=now_s + p.frame.time_s) for p in pictures]
     wrong = arrived[25]
@@ -120,15 +109,13 @@ def test_one_stamp_far_ahead_costs_a_run_and_no_more(models, pictures):
 
 def test_doubled_frames_change_nothing(seeing, models, pictures):
     twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
-    again = LivePipeline.with_models([Network(models["ra-ste"])])
-    again.video.speed = math.inf
-    plain, doubled = fed(again, pictures), fed(seeing, twice)
+    plain, doubled = fed(pipeline_of(models, "ra-ste"), pictures), fed(seeing, twice)
     assert [p.probabilities for p in plain] == [p.probabilities for p in doubled]
     assert doubled[-1].counters.doubled == len(pictures) - 1
 
 
-def test_no_window_spans_lost_sound(hearing, chunks):
-    predictions = fed(hearing, chunks[:120] + chunks[130:])
+def test_no_window_spans_lost_sound(models, chunks):
+    predictions = fed(pipeline_of(models, "vib-te-aug"), chunks[:120] + chunks[130:])
     assert [round(p.time_s, 3) for p in predictions] == [1.0, 2.3, 2.8]
     assert predictions[-1].counters.lost_samples == 800
 
@@ -138,7 +125,7 @@ def arriving(models, pictures):
     """Feed pictures that arrive when a function of their number and time says."""
 
     def predictions(arrives_s):
-        pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+        pipeline = pipeline_of(models, "ra-ste", speed=1)
         events = [p._replace(arrived_s=arrives_s(i, p.time_s)) for i, p in enumerate(pictures)]
         return fed(pipeline, events)
 
@@ -183,13 +170,12 @@ def test_another_recording_begins_anew(seeing, pictures):
     assert again[0].truth == "g at 50 mm/s"
 
 
-def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
-    both = LivePipeline.with_models([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+def test_trouble_of_one_sense_leaves_the_other(models, pictures):
+    both = pipeline_of(models, "sa-se", "vib-te-aug")
     said = both.feed(Trouble("audio", 0.0, "unplugged"))
     assert [(p.model, p.state, p.troubles) for p in said] == [
         ("vib-te-aug", "stalled", ("unplugged",))
     ]
-    both.video.speed = math.inf
     assert all(p.fresh for p in fed(both, pictures))
 
 
@@ -323,8 +309,7 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
 
 
 def test_nothing_is_recognised_while_the_skin_is_at_rest(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["sa-se"])])
-    pipeline.video.speed = math.inf
+    pipeline = pipeline_of(models, "sa-se")
     still, n = pictures[10], len(pictures)
     at = [still.frame._replace(time_s=(n + i) / 90) for i in range(30)]
     touched = fed(pipeline, pictures)

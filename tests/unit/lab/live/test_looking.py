@@ -268,21 +268,18 @@ def test_the_terminal_shows_pictures_and_words(moving, size):
         assert "microphone: looking" in said
 
 
-def test_a_file_from_the_command_line(run, session, sounds, tmp_path):
+def test_a_file_from_the_command_line(does, session, sounds, tmp_path):
     asked = ("live", "--json", "--speed", "max")
     video, audio = session / "2" / "40" / "video.mp4", sounds / "2" / "40" / "audio.wav"
-    code, out, _ = run(*asked, "--video", video, "--audio", audio)
-    predictions = [json.loads(line) for line in out.splitlines()]
-    assert code == 0
+    lines = does(*asked, "--video", video, "--audio", audio).splitlines()
+    predictions = [json.loads(line) for line in lines]
     said = [p["model"] for p in predictions]
     assert (said.count("camera"), said.count("microphone")) == (45, 5)
     assert not any(p["texture"] or p["probabilities"] for p in predictions)
     soundfile.write(tmp_path / "one.wav", 0.1 * np.sin(np.arange(16000)), 8000)  # of one channel
-    code, out, _ = run(*asked, "--audio", tmp_path / "one.wav")
-    assert (code, len(out.splitlines())) == (0, 3)
-    code, out, _ = run("live", "--video", video, "--speed", "max", "--sensor", "tip_b")
-    assert code == 0
-    assert "Sensor 'tip_b': square layout" in " ".join(out.split())
+    assert len(does(*asked, "--audio", tmp_path / "one.wav").splitlines()) == 3
+    said = does("live", "--video", video, "--speed", "max", "--sensor", "tip_b")
+    assert "Sensor 'tip_b': square layout" in " ".join(said.split())
 
 
 def test_sound_without_a_spectrum_is_refused_by_the_option_that_live_has():

@@ -113,17 +113,15 @@ def test_another_address_asks_for_a_token(run, launch, recording, models):
         page.stop()
 
 
-def test_json_lines_and_the_terminal(run, session, sounds, models):
-    code, out, _ = run(
+def test_json_lines_and_the_terminal(does, session, sounds, models):
+    lines = does(
         "live", "--model", models["ra-ste"], "--model", models["vib-te-aug"], "--json",
         "--speed", "max", "--video", f"replay:{session}/2/40", "--audio", f"replay:{sounds}/2/40",
     )  # fmt: skip
-    assert code == 0
-    said = [json.loads(line)["model"] for line in out.splitlines()]
+    said = [json.loads(line)["model"] for line in lines.splitlines()]
     assert (said.count("ra-ste"), said.count("vib-te-aug")) == (26, 5)  # one at rest
-    code, out, _ = run("live", "--model", models["ra-ste"], "--video", f"replay:{session}/2/40")
-    assert code == 0
-    assert "ra-ste" in out
+    asked = ("--model", models["ra-ste"], "--video", f"replay:{session}/2/40")
+    assert "ra-ste" in does("live", *asked)
 
 
 def visit(browser, url):

@@ -28,8 +28,6 @@ from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.extract import responses_of
 from afferents.filling import fill
 from afferents.lab.live import (
-    LivePipeline,
-    Network,
     Pace,
     ReplayedSound,
     ReplayedVideo,
@@ -45,6 +43,8 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.video import open_video
 from afferents.store.zarr_store import open_responses
+
+from .conftest import pipeline_of
 
 
 def live_images(video, sensor):
@@ -180,9 +180,8 @@ def test_percepts_do_not_depend_on_the_chunks(sounds, models, sizes):
     signal = audio.read().values
 
     def felt(sizes):
-        pipeline = LivePipeline.with_models([Network(models["vib-te-aug"])])
+        pipeline = pipeline_of(models, "vib-te-aug")
         done, turn, predictions = 0, 0, []
-        pipeline.audio.speed = math.inf
         while done < len(signal):
             part = signal[done : done + sizes[turn % len(sizes)]]
             predictions += pipeline.feed(Sound(done / audio.sample_rate_hz, part, 0.0))

@@ -137,7 +137,7 @@ def test_a_dry_run_is_not_too_long_and_needs_to_be_asked_for(fails, tmp_path):
     assert "at most 120 s in a dry run" in fails("record", plan, tmp_path / "S", "--dry-run")
 
 
-def test_the_sensor_goes_along_with_the_recordings(begin, bench, tmp_path, monkeypatch):
+def test_the_sensor_goes_along_with_the_recordings(begin, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     packaged = Path(afferents.__file__).parent / "markers/sensors/tip_b.toml"
     shutil.copy(packaged, "mine.toml")

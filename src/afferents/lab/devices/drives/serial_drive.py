@@ -229,7 +229,7 @@ class Line:
         DeviceError
             If the port is gone.
         """
-        with self._speaking():
+        with self._reporting_loss():
             self._serial.write(frame_line(text, self._checksum))
 
     def ask(self, text: str, pattern: re.Pattern[str], tries: int = TRIES) -> "re.Match[str]":
@@ -241,13 +241,13 @@ class Line:
             If the port is gone, or no such answer comes.
         """
         for _ in range(tries):
-            with self._speaking():
+            with self._reporting_loss():
                 self._serial.reset_input_buffer()
             self.sent_s, received = time.monotonic(), b""
             self.tell(text)
             until_s = time.monotonic() + ANSWER_S
             while time.monotonic() < until_s:
-                with self._speaking():
+                with self._reporting_loss():
                     received += self._serial.readline()
                 if received.endswith(b"\n"):
                     answer = unframe_line(received, self._checksum)
@@ -257,7 +257,7 @@ class Line:
         raise self._lost(f"no answer to '{text}'")
 
     @contextmanager
-    def _speaking(self) -> Iterator[None]:
+    def _reporting_loss(self) -> Iterator[None]:
         """Report that the port is gone, whatever it raises: termios.error is no OSError."""
         try:
             yield

@@ -209,14 +209,8 @@ def is_loopback(host: str) -> bool:
 class _OneLine(logging.Handler):
     """Prints the first error in a line, and no other."""
 
-    def __init__(self) -> None:
-        super().__init__(logging.ERROR)  # what visitors do wrong are warnings
-        self._has_written = False
-
     def emit(self, record: logging.LogRecord) -> None:
-        if self._has_written:
-            return
-        self._has_written = True
+        self.setLevel(logging.CRITICAL + 1)
         what = record.getMessage().strip().partition("\n")[0]
         error = record.exc_info[1] if record.exc_info else None
         why = "" if error is None else f": {error!r}".replace("\n", " ")
@@ -230,7 +224,7 @@ def one_line_errors() -> Iterator[None]:
 
     Visitors must not fill a terminal or a disk.
     """
-    handler = _OneLine()
+    handler = _OneLine(logging.ERROR)  # what visitors do wrong are warnings
     before = {name: logging.getLogger(name).propagate for name in _LOGGERS}
     for name in _LOGGERS:
         logging.getLogger(name).addHandler(handler)
