@@ -172,15 +172,17 @@ def test_a_model_that_knows_the_labels_of_the_test_is_refused(task, tmp_path):
     assert not (tmp_path / "entries").exists()
 
 
-def test_a_task_that_is_none_is_refused_by_its_key(tmp_path):
-    (tmp_path / "t.toml").write_text('title = "x"\ndata = "y"\nsplit = "speed"\n')
-    with pytest.raises(InputError, match=r"t.toml.*split"):
-        find_task(str(tmp_path / "t.toml"))
-    (tmp_path / "t.toml").write_text('title = "x"\ndata = "y"\n[options]\nsplit = "a,b,c"\n')
-    with pytest.raises(InputError, match="--split: expected"):
-        find_task(str(tmp_path / "t.toml"))
-    (tmp_path / "t.toml").write_text('title = "x"\ndata = "y"\n[options]\nprotocol = "published"\n')
-    with pytest.raises(InputError, match=r"t.toml: expected .*split.*, found 'protocol'"):
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('split = "speed"', r"t.toml.*split"),
+        ('[options]\nsplit = "a,b,c"', "--split: expected"),
+        ('[options]\nprotocol = "published"', r"t.toml: expected .*split.*, found 'protocol'"),
+    ],
+)
+def test_a_task_that_is_none_is_refused_by_its_key(tmp_path, more, said):
+    (tmp_path / "t.toml").write_text(f'title = "x"\ndata = "y"\n{more}\n')
+    with pytest.raises(InputError, match=said):
         find_task(str(tmp_path / "t.toml"))
 
 

@@ -1,21 +1,19 @@
 """Means and spreads of runs, by hand; of a stream as of a recording."""
 
 import numpy as np
-import xarray as xr
 
 from afferents.encodings.images import MomentEncoding
 
-LABELS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}
+from .conftest import respond
+
 HOW = MomentEncoding(frames=2)
-
-
-def response(values, dims=("time", "shear")):
-    values = np.asarray(values, np.float32)
-    return xr.DataArray(values, {"time": np.arange(len(values)) / 90}, dims, attrs=LABELS)
+SHEAR = ("time", "shear")
 
 
 def test_of_runs_the_mean_and_the_logarithm_of_the_spread():
-    samples = HOW.samples(response([[1, 0], [3, 0], [5, 1], [5, 3], [9, 9]]), slice(0, 5), 0)
+    samples = HOW.samples(
+        respond([[1, 0], [3, 0], [5, 1], [5, 3], [9, 9]], dims=SHEAR), slice(0, 5), 0
+    )
     assert samples.dims == ("sample", "moment", "feature")
     still = np.log(1e-3)
     np.testing.assert_allclose(samples[0], [[2, 0], [0, still]], atol=1e-6)
@@ -25,7 +23,7 @@ def test_of_runs_the_mean_and_the_logarithm_of_the_spread():
 
 def test_of_a_vector_every_component_of_every_marker():
     values = np.arange(24).reshape(4, 3, 2)
-    samples = HOW.samples(response(values, ("time", "marker", "space")), slice(0, 4), 0)
+    samples = HOW.samples(respond(values), slice(0, 4), 0)
     expected = values[:2].mean(axis=0).T.ravel()  # x of all markers, then y
     np.testing.assert_allclose(samples.sel(moment="mean")[0], expected)
 
@@ -35,7 +33,7 @@ def test_a_stream_gives_the_same():
     stream = HOW.stream(0)
     fed = [stream.feed(frame) for frame in values]
     assert fed[0] is None
-    offline = HOW.samples(response(values[:, 0]), slice(0, 6), 0)
+    offline = HOW.samples(respond(values[:, 0], dims=SHEAR), slice(0, 6), 0)
     np.testing.assert_array_equal(np.stack(fed[1::2]), offline)
     stream.skip()
     assert stream.feed(values[0]) is None

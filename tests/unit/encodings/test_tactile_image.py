@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from afferents.encodings.images import MarkersEncoding
 from afferents.errors import InputError
 from afferents.markers.places import covered, image_places, make_images
 from afferents.markers.sensor import load_sensor
+
+from .conftest import respond
 
 LAYOUTS = ("hex127", "hex331", "radial127")
 
@@ -48,28 +49,15 @@ def test_markers_that_make_no_image_are_refused(markers):
         image_places(np.array(markers, float))
 
 
-def response(places, is_vector=False) -> xr.DataArray:
-    n = len(places[0])
-    values = np.random.default_rng(0).normal(0, 1, (6, n, 2))
-    coords = {
-        "time": np.arange(6) / 90,
-        "row": ("marker", places[0]),
-        "column": ("marker", places[1]),
-    }
-    dims = ("time", "marker", "space")
-    attrs = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}
-    vector = xr.DataArray(values, coords, dims, attrs=attrs)
-    return vector if is_vector else vector.isel(space=0)
-
-
 def test_of_single_markers_samples_hold_what_each_shows_in_the_layouts_order(places):
     encoding = MarkersEncoding()
-    vector = response(places, is_vector=True)
+    values = np.random.default_rng(0).normal(0, 1, (6, len(places[0]), 2))
+    vector, lengths = respond(values, *places), respond(values[..., 0], *places)
     samples = encoding.samples(vector, slice(2, 6), lookback=1)
     assert samples.dims == ("sample", "component", "marker")
     np.testing.assert_allclose(samples.values[:, 1], vector.values[2:, :, 1], rtol=1e-6)
     assert samples["start_s"].values[0] == pytest.approx(1 / 90)
-    one = encoding.samples(response(places), slice(0, 6), lookback=0)
+    one = encoding.samples(lengths, slice(0, 6), lookback=0)
     assert one.shape == (6, 1, len(places[0]))
     with pytest.raises(InputError, match="lost markers filled"):
-        encoding.samples(response(places).where(lambda x: x < 1), slice(0, 6), 0)
+        encoding.samples(lengths.where(lambda x: x < 1), slice(0, 6), 0)

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from afferents.encodings.wavenumbers import WavenumberEncoding, unseen_waves
 from afferents.errors import InputError
 
+from .conftest import respond
+
 HOW = WavenumberEncoding(frames=20)
 
 
@@ -17,17 +19,7 @@ def response(step, wavenumber=0.25, size=1.0, n_frames=40, start=0.0):
     row, column = (i.ravel() for i in np.indices((19, 19)))
     frame = np.arange(n_frames)[:, None]
     values = size * np.cos(2 * np.pi * wavenumber * (column - step * frame - start))
-    return xr.DataArray(
-        values.astype(np.float32),
-        dims=("time", "marker"),
-        coords={
-            "time": np.arange(n_frames) / 90,
-            "row": ("marker", row),
-            "column": ("marker", column),
-        },
-        attrs={"name": "w/1", "texture": "w", "speed_mm_s": 50.0},
-        name="sa1",
-    )
+    return respond(values, row, column)
 
 
 def waves(response, memory=1, how=HOW, frames=None):

@@ -79,33 +79,34 @@ def test_sound_sensors_and_what_cannot_be_read(folder):
     assert silk.sensor == str(root / "silk.toml")
 
 
-def test_names_that_follow_a_rule_and_their_sound(folder):
-    root = folder("felt_20.avi", "felt_40.avi")
-    for speed in (20, 40):
-        soundfile.write(root / f"felt_{speed}.wav", np.zeros(800), 8000)
+@pytest.mark.parametrize(
+    ("names", "pattern", "stray"),
+    [
+        (["felt_20", "felt_40"], "{texture}_{speed}.avi", ()),
+        (
+            [f"{texture}_{mm_s}mms" for texture in ("felt", "silk") for mm_s in (20, 40)],
+            "{texture}_{speed}mms.avi",
+            ("at rest",),
+        ),
+        (
+            [f"{t}-{n}N-{v}mmps" for t in ("felt", "silk") for n in (1, 2) for v in (20, 40)],
+            "{texture}-{force}N-{speed}mmps.avi",
+            (),
+        ),
+    ],
+    ids=["rule", "stray", "parts"],
+)
+def test_names_of_videos_that_follow_a_rule_and_their_sound(folder, names, pattern, stray):
+    root = folder(*(f"{name}.avi" for name in (*names, *stray)))
+    for name in names:
+        soundfile.write(root / f"{name}.wav", np.zeros(800), 8000)
     made = afferents.init_session(root)
-    assert tomllib.loads(made.path.read_text())["pattern"] == "{texture}_{speed}.avi"
-    assert "Guessed from the names: {texture}_{speed}.avi" in said(made)
-    found = [(r.name, r.audio.path.name) for r in afferents.read_session(root).recordings]
-    assert found == [("felt/20", "felt_20.wav"), ("felt/40", "felt_40.wav")]
-
-
-def test_a_stray_name_among_many_is_left_out_and_named(folder):
-    names = [f"{texture}_{mm_s}mms.avi" for texture in ("felt", "silk") for mm_s in (20, 40)]
-    root = folder(*names, "at rest.avi")
-    made = afferents.init_session(root)
-    assert tomllib.loads(made.path.read_text())["pattern"] == "{texture}_{speed}mms.avi"
-    assert "left out: at rest.avi; not of the pattern '{texture}_{speed}mms.avi'" in said(made)
-    assert len(afferents.read_session(root).recordings) == 4
-
-
-def test_clips_whose_names_have_parts_are_described_by_a_rule(folder):
-    root = folder(
-        *(f"{t}-{n}N-{v}mmps.avi" for t in ("felt", "silk") for n in (1, 2) for v in (20, 40))
-    )
-    pattern = "{texture}-{force}N-{speed}mmps.avi"
-    assert tomllib.loads(afferents.init_session(root).path.read_text())["pattern"] == pattern
-    assert len(afferents.read_session(root).recordings) == 8
+    assert tomllib.loads(made.path.read_text())["pattern"] == pattern
+    assert f"Guessed from the names: {pattern}" in said(made)
+    for name in stray:
+        assert f"left out: {name}.avi; not of the pattern '{pattern}'" in said(made)
+    recordings = afferents.read_session(root).recordings
+    assert sorted(one.audio.path.stem for one in recordings) == sorted(names)
 
 
 def test_endings_in_capitals_are_of_the_pattern_and_tables_of_no_rule_are_named(tables):

@@ -35,6 +35,12 @@ class MemoryVideo:
             yield Frame(0.5 + index / self.fps_hz, image)
 
 
+def lay_grid(rows, columns, pitch_px, first_px):
+    """Return markers by row, (rows * columns, 2), px, the first at `first_px`."""
+    y, x = np.divmod(np.arange(rows * columns), columns)
+    return np.stack([x, y], axis=1) * float(pitch_px) + first_px
+
+
 def draw_discs(position: np.ndarray, shape=SHAPE, radius=6.5, skin=20, marker=230) -> GreyImage:
     image = np.full(shape, skin, dtype=np.uint8)
     for x, y in np.asarray(position).reshape(-1, 2):

@@ -13,7 +13,7 @@ from afferents.markers.track import Tracker, track_markers
 from afferents.recordings.video import open_video
 
 from ..films import write_film
-from .conftest import draw_discs
+from .conftest import draw_discs, lay_grid
 
 SHAPE, PITCH, N_FRAMES, FPS = (240, 320), 20.0, 24, 90
 WRONG = 12
@@ -23,7 +23,7 @@ WRONG = 12
 @pytest.fixture(scope="module")
 def rest():
     """Markers on an 11 x 11 grid, rolled by a few degrees."""
-    place = np.stack(np.meshgrid(*[np.arange(-5, 6)] * 2), axis=-1).reshape(-1, 2) * PITCH
+    place = lay_grid(11, 11, PITCH, -5 * PITCH)
     turn = np.array([[np.cos(0.08), np.sin(0.08)], [-np.sin(0.08), np.cos(0.08)]])
     return place @ turn + np.array([160.0, 120.0])
 

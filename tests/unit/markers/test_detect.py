@@ -10,6 +10,8 @@ from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.sensor import DiscDetector, load_sensor
 from afferents.markers.suspects import beyond_layout
 
+from .conftest import lay_grid
+
 
 def rings(centre=(160, 120), radii=(25, 50, 75, 100), gap=22):
     """Return a radial layout of 72 markers, shape (n, 2)."""
@@ -67,8 +69,7 @@ DISCS = DiscDetector(radius_px=5.0)
 
 @pytest.fixture
 def places():
-    x, y = np.meshgrid(np.arange(10), np.arange(8))
-    return np.stack([x.ravel(), y.ravel()], axis=1) * 25.3 + 35.4
+    return lay_grid(8, 10, 25.3, 35.4)
 
 
 @pytest.mark.parametrize(("skin", "marker"), [(20, 230), (230, 20), (90, 130)])

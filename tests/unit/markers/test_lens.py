@@ -11,6 +11,8 @@ from afferents.markers.detect import undistort, upright_tracks
 from afferents.markers.sensor import Lens
 from afferents.markers.track import track_markers
 
+from .conftest import lay_grid
+
 PINHOLE = Lens(
     focal_px=(420.0, 425.0), centre_px=(321.0, 238.0), distortion=(-0.28, 0.07, 1e-3, -5e-4, 0.0)
 )
@@ -42,7 +44,7 @@ def test_what_a_lens_bends_is_straightened(lens):
 
 
 def test_tracks_are_straightened_after_tracking(draw, video, free):
-    places = np.stack(np.meshgrid([60.0, 100, 140], [60.0, 100, 140]), -1).reshape(-1, 2)
+    places = lay_grid(3, 3, 40, 60)
     tracks = track_markers(video([draw(places), draw(places + 1)]), free)
     lens = PINHOLE.model_copy(update={"centre_px": (100.0, 100.0)})
     straight = upright_tracks(tracks, free.model_copy(update={"lens": lens}))

@@ -41,13 +41,6 @@ def test_one_to_one_is_the_best_of_all_assignments_and_shares_nothing(expected, 
     assert cost(expected, blobs, index, gate) <= best + 1e-6
 
 
-def test_one_to_one_gives_a_contested_blob_to_one_marker():
-    expected = np.array([[0.0, 0], [8, 0]])
-    blobs = np.array([[5.0, 0], [13, 0]])
-    assert link_one_to_one(expected, blobs, 10).tolist() == [0, 1]
-    assert link_nearest(expected, blobs, 10).tolist() == [0, 0]
-
-
 def test_nothing_beyond_the_gate_which_is_inclusive_as_published_and_nothing_from_nothing():
     expected = np.array([[0.0, 0]])
     assert link_nearest(expected, np.array([[10.0, 0]]), 10).tolist() == [0]

@@ -7,12 +7,12 @@ import pytest
 from afferents.quality.image import measure_image_quality
 from afferents.quality.repeats import count_dropped, find_repeated
 
+from .conftest import lay_grid
+
 
 @pytest.fixture
 def places():
-    return np.stack(np.meshgrid(np.arange(40.0, 281, 40), np.arange(40, 201, 40)), -1).reshape(
-        -1, 2
-    )
+    return lay_grid(5, 7, 40, 40)
 
 
 @pytest.mark.parametrize(

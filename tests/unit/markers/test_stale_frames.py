@@ -16,8 +16,10 @@ from afferents.markers.sensor import Sensor
 from afferents.markers.track import ordered_rest, track_markers
 from afferents.recordings.video import open_clip
 
+from .conftest import lay_grid
+
 GRASPS = Path(__file__).resolve().parents[3] / "../shared/datasets/gelsight_grasps"
-GRID = np.stack(np.meshgrid(np.arange(8), np.arange(6)), axis=-1).reshape(-1, 2) * 28.0 + 50
+GRID = lay_grid(6, 8, 28, 50)
 PRESSED = GRID + 0.03 * (GRID - GRID.mean(axis=0)) + (1.5, 0)
 SENSOR = Sensor.model_validate({
     "name": "drawn", "layout": "square", "rows": 6, "columns": 8, "n_markers": 48, "rest_frame": 0,

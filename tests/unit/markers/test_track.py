@@ -13,13 +13,12 @@ from afferents.markers.quality import describe, measure_quality
 from afferents.markers.track import Tracker, rest_positions, track_markers
 from afferents.store.recording import Frame
 
-from .conftest import MemoryVideo
+from .conftest import MemoryVideo, lay_grid
 
 
 def grid_3x4(shift=(0.0, 0.0)):
     """Return 3 rows of 4 markers in row-major order, shape (12, 2)."""
-    x, y = np.meshgrid(100 + 30.0 * np.arange(4), 80 + 30.0 * np.arange(3))
-    return np.stack([x.ravel(), y.ravel()], axis=1) + shift
+    return lay_grid(3, 4, 30, (100, 80)) + shift
 
 
 def test_frames_keep_their_numbers_and_those_before_rest_are_not_tracked(draw, video, square):
@@ -30,14 +29,6 @@ def test_frames_keep_their_numbers_and_those_before_rest_are_not_tracked(draw, v
     assert tracks[dims.DETECTED][2:].all()
     np.testing.assert_array_equal(tracks[dims.POSITION][2], tracks[dims.REST_POSITION])
     np.testing.assert_allclose(tracks[dims.POSITION][5], grid_3x4((2.5, 0)), atol=0.1)
-
-
-def test_a_square_layout_is_ordered_by_row_then_column(draw, video, square):
-    tracks = track_markers(video([draw(grid_3x4())] * 3), square)
-    assert tracks[dims.ROW].values.tolist() == [0] * 4 + [1] * 4 + [2] * 4
-    assert tracks[dims.COLUMN].values.tolist() == [0, 1, 2, 3] * 3
-    assert tracks.attrs["roll_deg"] == pytest.approx(0, abs=0.2)
-    np.testing.assert_allclose(tracks[dims.REST_POSITION], grid_3x4(), atol=0.1)
 
 
 def test_a_free_layout_follows_the_reference_one_to_one(draw, video, free):
@@ -84,29 +75,20 @@ def test_a_single_marker_is_tracked(draw, video, free):
     assert tracks[dims.DETECTED].values.ravel().tolist() == [True, True, True, False, True]
 
 
-def test_bad_videos_are_refused_in_one_sentence(draw, video, square):
-    blank = draw(np.zeros((0, 2)))
-    cases = {
-        "expected at least 3 frames .*found 2": [draw(grid_3x4())] * 2,
-        "expected at least 3 frames .*found 0": [],
-        "expected 12 markers of sensor 'drawn' in frame 2, found 0": [draw(grid_3x4())] * 2
-        + [blank],
-        "expected 12 markers .* found 9": [draw(grid_3x4()[3:])] * 3,
-        "expected 12 markers .* found 13": [draw([*grid_3x4(), [250, 200]])] * 3,
-    }
-    for complaint, images in cases.items():
-        with pytest.raises(InputError, match=rf"drawn\.mp4: {complaint}"):
-            track_markers(video(images), square)
-
-
-def test_a_broken_pin_is_lost_and_the_others_keep_their_places(draw, video, square):
-    whole = grid_3x4()
-    images = [draw(np.delete(whole, 5, axis=0) + np.array([t, 0])) for t in range(6)]
-    tracks = track_markers(video(images), square)
-    assert np.flatnonzero(~tracks[dims.DETECTED].values[2:].any(axis=0)).tolist() == [5]
-    np.testing.assert_allclose(tracks[dims.REST_POSITION], whole + np.array([2, 0]), atol=0.5)
-    assert any("missing in the rest frame: 1 " in sentence for sentence in describe(tracks))
-    np.testing.assert_array_equal(tracks[dims.ROW], np.repeat(range(3), 4))
+@pytest.mark.parametrize(
+    ("shown", "complaint"),
+    [
+        ([grid_3x4()] * 2, "at least 3 frames .*found 2"),
+        ([], "at least 3 frames .*found 0"),
+        ([grid_3x4(), grid_3x4(), []], "12 markers of sensor 'drawn' in frame 2, found 0"),
+        ([grid_3x4()[3:]] * 3, "12 markers .* found 9; a run must begin with the skin at rest"),
+        ([np.vstack([grid_3x4(), [250, 200]])] * 3, "12 markers .* found 13"),
+    ],
+    ids=["short", "empty", "dark", "another sensor", "too many"],
+)
+def test_bad_videos_are_refused_in_one_sentence(draw, video, square, shown, complaint):
+    with pytest.raises(InputError, match=rf"drawn\.mp4: expected {complaint}"):
+        track_markers(video([draw(each) for each in shown]), square)
 
 
 def test_a_video_of_another_size_is_refused(draw, video, square):
@@ -169,7 +151,7 @@ def test_frames_as_decoded_are_tracked_as_grey_ones(draw, video, free):
 @pytest.mark.parametrize("radius", [4, 12, 14, 22])
 def test_markers_of_any_size_are_tracked(draw, video, free, radius):
     """Windows of large markers hold more than sums of 16 bits do."""
-    rest = np.stack(np.meshgrid([60.0, 125.0, 190.0], [60.0, 125.0, 190.0]), -1).reshape(-1, 2)
+    rest = lay_grid(3, 3, 65, 60)
     places = [rest + np.array([1.5 * t, 0.6 * t]) for t in range(6)]
     limits = {"min_area_px2": 20.0, "max_area_px2": 3000.0}
     sensor = free.model_copy(update={"detector": free.detector.model_copy(update=limits)})
@@ -181,7 +163,7 @@ def test_markers_of_any_size_are_tracked(draw, video, free, radius):
 @pytest.mark.parametrize(("pitch_px", "radius_px"), [(11, 3.2), (11, 3.5), (10, 3.2), (14, 5.2)])
 def test_the_row_below_is_not_weighed_in(video, free, pitch_px, radius_px):
     """Discs so near each other that four rows more of a window would reach the next."""
-    rest = np.stack(np.meshgrid(*2 * [60 + pitch_px * np.arange(8.0)]), -1).reshape(-1, 2)
+    rest = lay_grid(8, 8, pitch_px, 60)
     places = [rest + 0.13 * t for t in range(9)]
     limits = {"min_area_px2": 10.0, "max_area_px2": 200.0, "min_distance_px": 5.0}
     sensor = free.model_copy(update={"detector": free.detector.model_copy(update=limits)})

@@ -27,8 +27,7 @@ def fates(trained):
     return [(e.number, e.loss, e.accuracy, e.validation_accuracy) for e in trained.epochs]
 
 
-@pytest.mark.parametrize("one_cycle", [False, True])
-@pytest.mark.parametrize("stops", [(2,), (3, 5)])
+@pytest.mark.parametrize(("stops", "one_cycle"), [((2,), False), ((3, 5), True)])
 @pytest.mark.parametrize(
     ("encoding", "shape"), [("spatial-net", (10, 10)), ("cnn-lstm", (4, 8, 8))]
 )

@@ -1,8 +1,5 @@
 """The paper's networks: their size, shapes, first weights and L2 term."""
 
-import re
-from pathlib import Path
-
 import pytest
 import torch
 from torch import nn
@@ -13,15 +10,22 @@ from afferents.models.classifiers import build
 from afferents.models.layers import kernels_with_l2, l2_penalty
 from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet, last_state
 
-from .counted import count_by_layer, count_parameters
-
-PAGE = Path(__file__).resolve().parents[3] / "docs/paper.md"
 NETWORKS = [
     ("spatial-net", (19, 19), SpatialNet, 261_709, 260_717),
     ("cnn-lstm", (10, 19, 19), CnnLstm, 273_365, 272_373),
     ("vibration-net", (1, 200), VibrationNet, 261_709, 260_685),
     ("vibration-net", (16, 200), VibrationNet, 271_309, 270_285),
 ]
+
+
+def count_parameters(network):
+    """Return how many Keras would count, with what batch normalisation keeps; and the trainable.
+
+    The second bias of LSTMs is frozen and not counted: Keras has none.
+    """
+    trainable = sum(p.numel() for p in network.parameters() if p.requires_grad)
+    kept = sum(b.numel() for b in network.buffers() if b.is_floating_point())
+    return trainable + kept, trainable
 
 
 @pytest.mark.parametrize(("encoding", "shape", "network", "total", "trainable"), NETWORKS)
@@ -136,14 +140,3 @@ def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
         found = last_state(model.lstm, of_frames.bfloat16())
         torch.testing.assert_close(last_state(model.lstm, of_frames), expected)
     assert found.dtype == torch.float32
-
-
-def test_the_page_on_the_paper_lists_their_layers():
-    (listing,) = re.findall(r"```text\n(.*?)```", PAGE.read_text(), flags=re.S)
-    for block, (name, shape, network, total, _) in zip(
-        listing.split("\n\n"), NETWORKS[:3], strict=True
-    ):
-        title, *layers = block.strip().splitlines()
-        assert title == f"{network.__name__}: {total:,} parameters"
-        listed = [int(line.split()[-1].replace(",", "")) for line in layers]
-        assert listed == count_by_layer(build(name, 13, shape))

@@ -26,14 +26,13 @@ def heard(stores):
     return stores["audio"]
 
 
-def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
+def test_every_model_of_our_own_has_its_folds(stored, tmp_path, does):
     models = f"ridge-te,order-te,order-te-speed-known,{WAVES},fusion,fusion-speed-known"
-    code, out, err = run(
+    out = does(
         "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
-        "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz", "--json",
+        "--window-s", 0.25, "--stride-s", 0.1, "--frames", 5, "--mask", "50Hz", "--json",
         "--workers", 1,
     )  # fmt: skip
-    assert code == 0, err
     summary = json.loads(out)
     assert sorted(summary["models"]) == sorted(models.split(","))
     for model, of_protocol in summary["models"].items():
@@ -95,22 +94,11 @@ def test_what_would_tell_a_model_the_speed_or_does_not_fit_the_data_is_refused(
         fails("train", stores[kind], tmp_path / "m", "--model", model, *options)
 
 
-def test_the_best_is_evaluated_for_what_the_data_are(stored, heard, tmp_path, run):
-    for store, best in ((stored, "sa-wave-vector"), (heard, "vib-te-aug")):
-        code, out, err = run(
-            "evaluate", store, "--out", tmp_path / best, "--models", "best", "--json",
-            "--held-out", 40, "--workers", 1, *(("--frames", 5) if store == stored else ()),
-        )  # fmt: skip
-        assert code == 0, err
-        assert list(json.loads(out)["models"]) == [best]
-
-
-def test_tones_that_follow_the_speed_are_named_when_it_is_told(heard, tmp_path, run):
-    code, out, err = run(
+def test_tones_that_follow_the_speed_are_named_when_it_is_told(heard, tmp_path, does):
+    out = does(
         "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-speed-known",
         "--window-s", 1, "--stride-s", 0.5, "--mask", "0.7/mm", "--json", "--workers", 1,
     )  # fmt: skip
-    assert code == 0, err
     assert json.loads(out)["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.95
 
 

@@ -1,13 +1,9 @@
-"""Files as laboratories have them: of MATLAB, NWB of others and ours."""
+"""Trains of made fibres, and files as laboratories have them: NWB of others and ours."""
 
-import ast
 from datetime import UTC, datetime
-from itertools import count
-from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.io
 
 import afferents
 
@@ -15,7 +11,6 @@ TEXTURES = ["denim", "silk", "corduroy"]
 SPEEDS = [40.0, 80.0, 120.0]
 CLASSES = ["SA1", "SA1", "RA", "PC"]
 DURATION_S = 1.0
-ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="session")
@@ -29,55 +24,6 @@ def trains():
     for repetition in range(2):
         found[3, 2, 1, repetition] = None
     return found
-
-
-FINGERTIP = {40.0: 2.0, 80.0: 1.0, 120.0: 0.8}
-"""Speeds, mm/s, and how long recordings last, s; at the fastest, every other fibre's last less."""
-SHORTER_S = 0.5
-_EMPTY = [(0, 0), (0, 1), (1, 0)]
-
-
-def lasting_s(speed, fibre):
-    """How long a fibre was recorded at a speed."""
-    return SHORTER_S if speed == 120.0 and fibre % 2 else FINGERTIP[speed]
-
-
-@pytest.fixture
-def write_fingertip():
-    """Write fibres as the public file of the monkey's fingertip has them."""
-
-    def write(path, trains, recorded, classes):
-        """Trains by speed, texture, fibre and repetition; empty cells of each shape in turn."""
-        spikes, rates = np.empty((1, 3), object), np.empty((1, 3), object)
-        shapes = count()
-        for v, speed in enumerate(FINGERTIP):
-            cells = np.empty(trains.shape[1:], object)
-            rate = np.full(cells.shape, np.nan)
-            for at in np.ndindex(cells.shape):
-                times = trains[v][at] if recorded[v][at] else []
-                cells[at] = np.reshape(times, (-1, 1)) if len(times) else None
-                if not len(times):
-                    cells[at] = np.empty(_EMPTY[next(shapes) % 3])
-                if recorded[v][at]:
-                    rate[at] = len(times) / lasting_s(speed, at[1])
-            spikes[0, v], rates[0, v] = cells, rate
-        texts = {"neuron_types": classes, "neuron_id": [f"n{n}" for n in range(len(classes))]}
-        cells = {name: np.array(values, object)[:, None] for name, values in texts.items()}
-        scipy.io.savemat(path, {"spikes": spikes, "rates": rates, **cells})
-        return path
-
-    return write
-
-
-@pytest.fixture(scope="session")
-def read_fibres():
-    """The function that the gallery shows."""
-    page = ast.parse((ROOT / "docs/gallery/13_nerve_fibres.py").read_text("utf-8"))
-    kinds = (ast.Import, ast.ImportFrom, ast.FunctionDef)
-    page.body = [part for part in page.body if isinstance(part, kinds)]
-    names = {}
-    exec(compile(page, "13_nerve_fibres.py", "exec"), names)
-    return names["read_fibres"]
 
 
 TRIALS = [("denim", 4.0, 10.0, 11.0), ("silk", 4.0, 11.0, 11.5), ("denim", 4.0, 20.0, 21.0)]

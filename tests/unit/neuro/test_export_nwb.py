@@ -138,16 +138,15 @@ def test_conditions_are_columns_of_one_kind():
     assert table["wet"].tolist() == ["True", ""]
 
 
-def test_sound_alone(stores, tmp_path, run):
+def test_sound_alone(stores, tmp_path, does):
     out = tmp_path / "sounds.nwb"
-    code, said, _ = run("export-nwb", stores["audio"], out, "--classes", "PC", "--model", "lif")
-    assert (code, said) == (0, f"NWB: {out}\n")
+    said = does("export-nwb", stores["audio"], out, "--classes", "PC", "--model", "lif")
+    assert said == f"NWB: {out}\n"
     found = afferents.read_nwb(out)
     assert set(found.units["class"]) == {"PC"}
     assert found.n_trials == 12
     size = out.stat().st_size
-    code, _, _ = run("export-nwb", stores["audio"], out, "--no-sound", "--force", "--quiet")
-    assert code == 0
+    does("export-nwb", stores["audio"], out, "--no-sound", "--force", "--quiet")
     assert out.stat().st_size < size / 2
 
 

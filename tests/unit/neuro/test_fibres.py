@@ -1,16 +1,21 @@
-"""Fibres of the fingertip are read as the gallery shows it: from a made file, and the real one."""
+"""Fibres like those of the monkey's fingertip: with gaps, and durations of their own."""
 
+import ast
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import scipy.io
-from tests.unit.neuro.conftest import FINGERTIP, lasting_s
 
-from afferents import neuro
 from afferents.errors import InputError
+from afferents.neuro import (
+    accuracy_by_resolution,
+    cut_windows,
+    decode,
+    left_out,
+    without_gaps,
+)
 from afferents.spikes import Spikes
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -19,12 +24,19 @@ REAL = ROOT / "../shared/datasets/natural/RawPAFData.mat"
 pytestmark = pytest.mark.filterwarnings("ignore:.*refractory time:UserWarning")
 CLASSES = ["SA", "SA", "RA", "RA", "PC"]
 N_TEXTURES, N_FIBRES, N_REPETITIONS = 6, 5, 4
+FINGERTIP = {40.0: 2.0, 80.0: 1.0, 120.0: 0.8}
+"""Speeds, mm/s, and how long recordings last, s; at the fastest, every other fibre's last less."""
 
 
-def made(rate, seed=0, repetitions=N_REPETITIONS):
+def lasting_s(speed, fibre):
+    """How long a fibre was recorded at a speed."""
+    return 0.5 if speed == 120.0 and fibre % 2 else FINGERTIP[speed]
+
+
+def made(rate):
     """Poisson trains (speed, texture, fibre, repetition), of `rate(texture, fibre, speed)`."""
-    rng = np.random.default_rng(seed)
-    trains = np.empty((3, N_TEXTURES, N_FIBRES, repetitions), object)
+    rng = np.random.default_rng(0)
+    trains = np.empty((3, N_TEXTURES, N_FIBRES, N_REPETITIONS), object)
     for at in np.ndindex(trains.shape):
         speed = list(FINGERTIP)[at[0]]
         seconds = lasting_s(speed, at[2])
@@ -48,110 +60,70 @@ def recorded():
     return there
 
 
-@pytest.fixture
-def read(tmp_path, write_fingertip, read_fibres):
-    """Read trains from a file of that layout."""
-
-    def written(trains, recorded):
-        return read_fibres(write_fingertip(tmp_path / "made.mat", trains, recorded, CLASSES))
-
-    return written
-
-
-def silent_at_times(texture, fibre, speed):
-    return 0.5 if fibre == 2 and texture < 3 else by_texture(texture, fibre, speed)
-
-
-def test_every_train_gap_silence_and_duration_is_read(read, recorded, tmp_path):
-    """The shape of an empty cell says nothing: each occurs among the silent and the missing."""
-    trains = made(silent_at_times)
-    spikes = read(trains, recorded)
-    assert spikes.units["class"].tolist() == CLASSES
-    assert spikes.n_trials == 3 * N_TEXTURES * N_REPETITIONS
-    for number, trial in spikes.trials.iterrows():
-        v = list(FINGERTIP).index(trial["speed_mm_s"])
-        for fibre in range(N_FIBRES):
-            at = (v, int(trial["texture"]) - 1, fibre, int(trial["repetition"]))
-            assert spikes.recorded[number, fibre] == recorded[at]
-            expected = trains[at] if recorded[at] else []
-            np.testing.assert_allclose(spikes.train(number, fibre), expected)
-            if recorded[at]:
-                duration_s = lasting_s(trial["speed_mm_s"], fibre)
-                assert spikes.durations_s[number, fibre] == pytest.approx(duration_s)
-    assert (spikes.counts() == 0).sum() > 3
-    file = scipy.io.loadmat(tmp_path / "made.mat")
-    cells = [one for cells in file["spikes"].ravel() for one in cells.ravel()]
-    assert {one.shape for one in cells if not one.size} == {(0, 0), (0, 1), (1, 0)}
+def hold(trains, recorded):
+    """Return such trains as spikes, with gaps where none was recorded."""
+    trials, rows, durations_s = [], [], []
+    for v, t, r in np.ndindex(3, N_TEXTURES, N_REPETITIONS):
+        speed, there = list(FINGERTIP)[v], recorded[v, t, :, r]
+        if there.any():
+            pairs = zip(trains[v, t, :, r], there, strict=True)
+            rows.append([train if is_there else None for train, is_there in pairs])
+            durations_s.append([lasting_s(speed, fibre) for fibre in range(N_FIBRES)])
+            trials.append((str(t + 1), speed, r))
+    units = {"name": [f"n{fibre}" for fibre in range(N_FIBRES)], "class": CLASSES}
+    table = pd.DataFrame(trials, columns=["texture", "speed_mm_s", "repetition"])
+    return Spikes.from_trains(rows, units, table, durations_s=durations_s)
 
 
 @pytest.mark.skipif(not REAL.is_file(), reason=f"the real file is not at {REAL}")
-def test_the_real_file_has_durations_of_its_own_at_the_fastest_speed(read_fibres):
-    """Of 27 fibres, 11 were recorded for 0.8 s and 16 for 0.5 s; one duration for all is warned of.
-
-    How rates grow with speed depends on it.
-    """
-    spikes = read_fibres(REAL)
+def test_the_real_file_is_read_as_the_gallery_shows_it():
+    """Gaps are no silence; at 120 mm/s, 11 of 27 fibres were recorded for 0.8 s, 16 for 0.5 s."""
+    page = ast.parse((ROOT / "docs/gallery/13_nerve_fibres.py").read_text("utf-8"))
+    kinds = (ast.Import, ast.ImportFrom, ast.FunctionDef)
+    page.body = [part for part in page.body if isinstance(part, kinds)]
+    names = {}
+    exec(compile(page, "13_nerve_fibres.py", "exec"), names)
+    spikes = names["read_fibres"](REAL)
     fastest = (spikes.trials["speed_mm_s"] == 120).to_numpy()
     of_fibre = np.fmax.reduce(spikes.durations_s[fastest])
     found = dict(zip(*np.unique(of_fibre[~np.isnan(of_fibre)], return_counts=True), strict=True))
     assert found == {0.5: 16, 0.8: 11}
-    rows = [
-        [spikes.train(t, u) if there else None for u, there in enumerate(row)]
-        for t, row in enumerate(spikes.recorded)
-    ]
-    for_all = spikes.trials.assign(duration_s=spikes.trials["speed_mm_s"].map(FINGERTIP))
-    with pytest.warns(UserWarning, match="no train of 16 of 39 units .* at 120 mm/s: .* too low"):
-        wrong = Spikes.from_trains(rows, spikes.units, for_all)
-    known = ("SA", 0.28, 0.08), ("RA", 0.47, 0.25), ("PC", 0.52, 0.28)
-    for name, slope, too_low in known:
-        assert slope_of(spikes.of_class(name)) == pytest.approx(slope, abs=0.03)
-        assert slope_of(wrong.of_class(name)) == pytest.approx(too_low, abs=0.03)
+    assert spikes.recorded.sum() == 12_100
+    assert (spikes.counts()[spikes.recorded] == 0).sum() == 1220
 
 
-def slope_of(spikes):
-    """Of ln mean rate of a fibre over ln speed, the mean over fibres."""
-    rates = pd.DataFrame(spikes.rates()).groupby(spikes.trials["speed_mm_s"].to_numpy()).mean()
-    slopes = []
-    for rate in rates.to_dict("series").values():
-        fires = rate[rate > 0]
-        if len(fires) > 1:
-            slopes.append(np.polyfit(np.log(fires.index), np.log(fires), 1)[0])
-    return np.mean(slopes)
-
-
-def test_texture_is_read_at_a_speed_held_out_in_spite_of_gaps(read, recorded):
+def test_texture_is_read_at_a_speed_held_out_in_spite_of_gaps(recorded):
     """Rates grow in proportion to speed, so trains that are stretched have rates that agree."""
-    fibres = read(made(by_texture), recorded)
-    whole = neuro.without_gaps(fibres)
+    fibres = hold(made(by_texture), recorded)
+    whole = without_gaps(fibres)
     assert whole.recorded.all()
-    assert neuro.left_out(fibres, whole) == (
+    assert left_out(fibres, whole) == (
         "Without gaps: 2 of 2 SA, 2 of 2 RA, 1 of 1 PC units, 5 of 6 textures, repetitions "
         "2 at 40 mm/s, 2 at 80 mm/s, 2 at 120 mm/s; 150 of 263 recorded trains."
     )
-    table = neuro.accuracy_by_resolution(whole, (0.25,), 0.25, stretched=True)
+    table = accuracy_by_resolution(whole, (0.25,), 0.25, stretched=True)
     assert set(table["n_trials"]) == {5 * 2 * 3}
     np.testing.assert_allclose(table["chance"], 1 / 5)
     by_class = table.pivot_table(index="class", columns="across", values="accuracy")
     assert (by_class.loc[["SA", "RA"], "stretched"] > 0.8).all()
     assert (by_class.loc[["SA", "RA"], "speeds"] > 0.5).all()
     assert by_class["speeds"].mean() < by_class["stretched"].mean() - 0.15
-    assert set(neuro.decode(neuro.cut_windows(whole, 0.25), 0.25, "speeds", tested=80.0)) == {80.0}
 
 
-def test_what_units_resolve_is_stretched_with_their_trains(read, recorded):
+def test_what_units_resolve_is_stretched_with_their_trains(recorded):
     """Spikes between frames 10 ms apart are 30 ms apart where 120 mm/s becomes 40 mm/s."""
-    whole = neuro.without_gaps(read(made(by_texture), recorded)).of_class("PC")
+    whole = without_gaps(hold(made(by_texture), recorded)).of_class("PC")
     coarse = replace(whole, units=whole.units.assign(resolution_s=0.01))
-    table = neuro.accuracy_by_resolution(coarse, (0.01, 0.025, 0.03, 0.25), 0.25, stretched=True)
+    table = accuracy_by_resolution(coarse, (0.01, 0.025, 0.03, 0.25), 0.25, stretched=True)
     found = table.groupby("across")["resolution_s"].apply(list)
     assert found["speeds"] == [0.01, 0.025, 0.03, 0.25]
     assert found["stretched"] == [0.03, 0.25]
 
 
-def test_gaps_change_nothing_in_what_is_left(read, recorded):
+def test_gaps_change_nothing_in_what_is_left(recorded):
     """Of a texture, fibre and speed, the first repetitions that were recorded: nothing else."""
     trains = made(by_texture)
-    whole = neuro.without_gaps(read(trains, recorded))
+    whole = without_gaps(hold(trains, recorded))
     assert whole.trials.groupby(["texture", "speed_mm_s"]).size().unique() == [2]
     for number, trial in whole.trials.iterrows():
         v, t = list(FINGERTIP).index(trial["speed_mm_s"]), int(trial["texture"]) - 1
@@ -161,15 +133,15 @@ def test_gaps_change_nothing_in_what_is_left(read, recorded):
             expected = trains[one][repetition]
             expected = expected[expected < trial["duration_s"]]
             np.testing.assert_allclose(whole.train(number, unit), expected)
-    assert neuro.without_gaps(whole) is whole
+    assert without_gaps(whole) is whole
 
 
-def test_too_many_gaps_are_refused(read, recorded):
-    fibres = read(made(by_texture), recorded)
+def test_too_many_gaps_are_refused(recorded):
+    fibres = hold(made(by_texture), recorded)
     one = (fibres.trials["texture"] == "1").to_numpy()
     with pytest.raises(InputError, match="on 2 textures or more at every speed, found none"):
-        neuro.without_gaps(fibres.select(one))
+        without_gaps(fibres.select(one))
+    windows = cut_windows(without_gaps(fibres), 0.25)
+    assert set(decode(windows, 0.25, "speeds", tested=80.0)) == {80.0}
     with pytest.raises(InputError, match=r"a speed of the trials \(40, 80, 120\), found 60"):
-        neuro.decode(
-            neuro.cut_windows(neuro.without_gaps(fibres), 0.25), 0.25, "speeds", tested=60.0
-        )
+        decode(windows, 0.25, "speeds", tested=60.0)

@@ -120,12 +120,6 @@ def test_fibres_that_share_nothing_are_matched_alone():
     assert found.whole.startswith("Texture can't be decoded from the fibres (")
 
 
-def test_without_gaps_decoding_is_compared_as_well():
-    natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
-    found = compare(artificial, natural, 0.2, 0)
-    assert "beside_resolution" in found.tables
-
-
 def made(textures, speeds, classes, seconds):
     trials = pd.DataFrame(
         [(f"t{t}", v) for t in range(textures) for v in speeds], columns=["texture", "speed_mm_s"]

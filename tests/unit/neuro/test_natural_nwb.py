@@ -13,7 +13,8 @@ pynwb = pytest.importorskip("pynwb")
 OWN = {"texture": "stimulus", "speed": "v", "fibre_class": "cell_type", "speed_unit": "cm/s"}
 
 
-def require_right(spikes):
+def test_a_file_of_others(other):
+    spikes = read_nwb(other, **OWN)
     assert spikes.units["class"].tolist() == ["SA", "RA", "PC"]
     assert spikes.units.index.tolist() == ["0", "1", "2"]
     np.testing.assert_allclose(spikes.train(0, 0), [0.0, 0.5])
@@ -28,11 +29,6 @@ def require_right(spikes):
     assert trials["repetition"].tolist() == [0, 0, 1]
     assert trials["duration_s"].tolist() == [1.0, 0.5, 1.0]
     assert trials["force"].tolist() == [0.5] * 3
-
-
-def test_a_file_of_others(other):
-    spikes = read_nwb(other, **OWN)
-    require_right(spikes)
     assert described_natural(spikes)[1] == "Without any spike: 2."
 
 

@@ -33,14 +33,12 @@ def test_tables_and_figures_are_written(found):
     ]
 
 
-def test_it_overwrites_its_own_folder(found, run, stores):
+def test_it_overwrites_its_own_folder(found, does, stores):
     _, out = found
     options = ("--classes", "RA", "--units", "lif", "--window-s", "0.05")
-    code, printed, _ = run("neural", stores["video"], *options, "--json", "--out", out)
-    assert code == 0
+    printed = does("neural", stores["video"], *options, "--json", "--out", out)
     assert json.loads(printed)["units"]["classes"].keys() == {"RA"}
-    code, printed, _ = run("neural", stores["video"], *options, "--out", out)
-    assert code == 0
+    printed = does("neural", stores["video"], *options, "--out", out)
     assert printed.startswith("Rates: ")
     assert max(map(len, printed.splitlines())) <= 80
     assert f"Picture: {out / 'raster.png'}" in printed.splitlines()

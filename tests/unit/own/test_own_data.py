@@ -91,7 +91,6 @@ def test_one_made_in_a_notebook_is_evaluated_and_its_report_says_what_it_lacks(
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("nobody:PATH", "expected 'nobody' in own_data, found nothing of that name"),
         ("no_data_set", "expected an afferents.DataSet at .*, or a class of them and a path"),
         ("Gloves", "expected an afferents.DataSet at .*, or a class of them and a path"),
         ("Twice:PATH", "expected recordings of different names, found several 'run'"),

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import shutil
 import subprocess
 import sys
@@ -23,7 +22,6 @@ from afferents.evaluation import fold_files, train
 from afferents.evaluation.results import PROBABILITY
 from afferents.models.export import write_onnx
 from afferents.plugins import named
-from afferents.recordings.data_sets import DATA_SETS
 
 OWN = Path(__file__).with_name("own_parts.py")
 
@@ -35,12 +33,18 @@ def stored(stores):
 
 @pytest.fixture
 def evaluated(run, stored, tmp_path):
-    def evaluate(*names, **options):
+    def evaluate(*names, out=tmp_path / "r", **options):
         models = ",".join(f"{OWN}:{name}" if ":" not in name else name[1:] for name in names)
         given = [text for name, value in options.items() for text in (f"--{name}", value)]
-        return run("evaluate", stored, "--out", tmp_path / "r", "--models", models, *given)
+        return run("evaluate", stored, "--out", out, "--models", models, *given)
 
     return evaluate
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    """A folder of results that several tests go on in, so that ours is trained once."""
+    return tmp_path_factory.mktemp("shared") / "r"
 
 
 @pytest.mark.system
@@ -92,14 +96,14 @@ def test_they_go_all_the_way_beside_ours(run, does, evaluated, stored, tmp_path,
     ],
 )
 def test_what_a_classifier_does_wrong_is_one_sentence_and_nothing_else_is_lost(
-    evaluated, tmp_path, name, sentence
+    evaluated, shared, name, sentence
 ):
-    code, _, err = evaluated(":sa-wave", name, workers="1")
+    code, _, err = evaluated(":sa-wave", name, out=shared, workers="1")
     assert code == 2
     said = err.splitlines()[-1]
     assert said.startswith(f"afferents: {name}, nested, seed 0, 20 mm/s held out: ")
     assert sentence in said
-    assert len(list((tmp_path / "r").rglob("fold.json"))) == 3
+    assert len(list(shared.rglob("fold.json"))) == 3
 
 
 @pytest.mark.parametrize(
@@ -152,28 +156,6 @@ def test_a_model_of_a_file_is_exported_by_another_process(does, stored, tmp_path
     code, said = export(tmp_path / "elsewhere")
     assert code == 2
     assert "expected a module that can be imported" in said
-
-
-def test_nothing_in_the_package_asks_which_one_it_is():
-    """Neither which model, encoding or channel, nor which data set."""
-    src = Path(__file__).resolve().parents[3] / "src" / "afferents"
-    names, classes = "|".join(DATA_SETS), "|".join(kind.__name__ for kind in DATA_SETS.values())
-    asking = re.compile(
-        r"encoding\.name ==|encoding ==|channel ==|channel\.name ==|classifier ==|"
-        r"isinstance\(\w+, (Ridge|OrderSearch|SpatialNet|VibrationNet)\)|"
-        rf"""[=!]= ?["']({names})["']|["']({names})["'] [=!]=|["']fabricslide:?["']|"""
-        rf"""(isinstance|issubclass|type)\(.*\b({classes})\b"""
-    )
-    # Of several sources of live, the camera or the microphone; an encoding by its name.
-    may = {"pipeline.py", "fingertip.py", "settings.py"}
-    found = [
-        f"{path.name}: {line.strip()}"
-        for path in src.rglob("*.py")
-        if path.name not in may
-        for line in path.read_text().splitlines()
-        if asking.search(line)
-    ]
-    assert found == []
 
 
 def test_channels_that_were_made_otherwise_are_others():

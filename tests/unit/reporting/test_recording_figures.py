@@ -1,4 +1,4 @@
-"""Pictures of recordings: positions, means, amplitudes and lost markers as given, in one style."""
+"""Pictures of recordings: rings, amplitudes and lost markers as given, in one style."""
 
 import matplotlib as mpl
 import numpy as np
@@ -6,21 +6,8 @@ import pytest
 import xarray as xr
 
 from afferents.reporting.overlay import draw_overlay
-from afferents.reporting.recording_figures import markers_figure, responses_figure, vibration_figure
+from afferents.reporting.recording_figures import markers_figure, vibration_figure
 from afferents.reporting.style import new_figure, png_bytes, save_figure, styled
-
-
-def test_markers_are_drawn_where_they_are_and_lost_ones_apart():
-    position = np.array([[10.0, 20.0], [30.0, 5.0], [np.nan, np.nan]])
-    figure = markers_figure(
-        np.zeros((40, 60), np.uint8), position, np.array([True, False, False]), "a.avi"
-    )
-    seen, lost = figure.axes[0].collections
-    np.testing.assert_array_equal(seen.get_offsets(), [[10, 20]])
-    np.testing.assert_array_equal(lost.get_offsets(), [[30, 5]])
-    assert figure.get_suptitle() == "Markers: 1 of 3 detected"
-    bottom, top = figure.axes[0].get_ylim()
-    assert bottom > top
 
 
 @pytest.mark.parametrize("apart_px", [15, 120])
@@ -35,15 +22,6 @@ def test_rings_round_markers_stand_apart_and_round_them_in_any_picture(apart_px,
     ring_dots = rings.get_sizes()[0] ** 0.5 * figure.dpi / 72
     assert 0.6 * apart_dots < ring_dots < 0.8 * apart_dots
     assert ring_dots > 4 * rings.get_linewidths()[0] * figure.dpi / 72
-
-
-def test_responses_show_the_mean_over_markers_that_are_there(tmp_path):
-    time = np.arange(4) / 10
-    values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan], [4.0, 4.0]])
-    sa1 = xr.DataArray(values, dims=("time", "marker"), coords={"time": time})
-    figure = responses_figure(sa1, abs(sa1.diff("time")).reindex(time=time), "a.avi")
-    np.testing.assert_allclose(figure.axes[0].lines[0].get_xydata(), [[0, 2], [0.1, 2], [0.3, 4]])
-    save_figure(figure, tmp_path / "responses.png")
 
 
 @pytest.mark.parametrize("n_channels", [1, 3])

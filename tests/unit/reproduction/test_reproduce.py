@@ -149,11 +149,6 @@ def test_what_makes_no_sense_is_refused_before_anything_is_begun(
     assert "another (" in fails("reproduce", begun, *asked)
 
 
-def test_the_packaged_files_hold_options_of_extract_and_evaluate():
-    for like in ("published", "recommended"):
-        assert set(read_preset(like)) <= EXTRACTING | set(EvaluationOptions.model_fields)
-
-
 def test_what_we_recommend_is_what_commands_do_unless_told():
     recommended, usual = read_preset("recommended"), signature(afferents.extract).parameters
     extracting = {name: v for name, v in recommended.items() if name in EXTRACTING}

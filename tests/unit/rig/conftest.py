@@ -5,6 +5,11 @@ from afferents.rig import Rig, bumped_surface
 from afferents.rig.run import simulate_run
 
 
+def changed(rig, part, **values):
+    """Return a rig with other constants of a part, such as its mounting."""
+    return rig.model_copy(update={part: getattr(rig, part).model_copy(update=values)})
+
+
 @pytest.fixture(scope="session")
 def quiet_rig():
     """The rig with every nuisance off."""
@@ -20,8 +25,7 @@ def quiet_run(quiet_rig):
 @pytest.fixture(scope="session")
 def lifted_run(quiet_rig):
     """The same, but that the drum is brought on after the rest frames."""
-    mounting = quiet_rig.mounting.model_copy(update={"contact_at_rest": False})
-    rig = quiet_rig.model_copy(update={"mounting": mounting})
+    rig = changed(quiet_rig, "mounting", contact_at_rest=False)
     return simulate_run(rig, "3", bumped_surface(3.0, rig.drum), 50.0, 2.0, seed=0)
 
 

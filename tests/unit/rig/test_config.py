@@ -1,15 +1,14 @@
 """Nuisances: each has its switch and its strength; all off, nothing is disturbed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from afferents.rig import NUISANCES, Rig, draw, mapped_surface
+from afferents.rig import NUISANCES, Rig, bumped_surface, draw, mapped_surface
 from afferents.rig.run import Drawn
 
-
-def test_every_nuisance_names_a_constant_and_is_on_by_itself():
-    rig = Rig()
-    assert all(getattr(getattr(rig, section), field) for section, field in NUISANCES.values())
+from .conftest import changed
 
 
 @pytest.mark.parametrize("name", sorted(NUISANCES))
@@ -18,6 +17,8 @@ def test_one_nuisance_alone_leaves_all_others_off(name):
     rig = Rig().with_nuisances({name: None})
     on = [n for n, (section, field) in NUISANCES.items() if getattr(getattr(rig, section), field)]
     assert on == [name]
+    section, field = NUISANCES[name]
+    assert getattr(getattr(Rig(), section), field), "by itself it is on"
 
 
 LEVELS = {
@@ -34,11 +35,6 @@ _MOUNTED = ("indentation_mm", "tilt_rad", "lateral_mm")
 _SETTINGS = [(seed, texture, v) for seed in (0, 1) for texture in ("3", "6") for v in (50, 60)]
 
 
-def mounted(remount):
-    mounting = Rig().mounting.model_copy(update={"remount": remount})
-    return Rig().model_copy(update={"mounting": mounting})
-
-
 def level_of(rig, name):
     """Return at which level a quantity is drawn, as its values in two sessions say."""
     values = {key: getattr(draw(rig, key[1], key[2], key[0]), name) for key in _SETTINGS}
@@ -51,7 +47,7 @@ def level_of(rig, name):
 def test_the_fingertip_is_mounted_when_asked_and_nothing_else_changes(remount):
     """By itself it is mounted once a session."""
     assert set(LEVELS) == set(Drawn._fields)
-    rig = mounted(remount)
+    rig = changed(Rig(), "mounting", remount=remount)
     found = {name: level_of(rig, name) for name in LEVELS}
     assert found == LEVELS | dict.fromkeys(_MOUNTED, remount)
     for name in set(LEVELS) - set(_MOUNTED):
@@ -81,3 +77,12 @@ def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
     assert mapped_surface(np.zeros((9, 9), np.float32), 10.0).friction_factor == 1
     rising = np.tile(np.arange(64.0), (8, 1)) / 64  # of which the drum is too narrow for the most
     assert 0.8 < mapped_surface(rising, 12.0).friction_factor < 1
+
+
+def test_the_page_of_the_rig_names_every_nuisance_and_says_how_drums_with_bumps_rub():
+    page = (Path(__file__).parents[3] / "docs" / "rig.md").read_text(encoding="utf-8")
+    assert [name for name in NUISANCES if f"`{name}`" not in page] == []
+    surfaces = [bumped_surface(spacing_mm, Rig().drum) for spacing_mm in (0.0, 3.0, 6.0)]
+    rub = [f"{surface.friction_factor:.2f}" for surface in surfaces]
+    assert rub == ["1.00", "0.78", "0.78"]
+    assert "0.78 of that on the smooth one" in page

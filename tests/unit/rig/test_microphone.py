@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import soundfile
 
 from afferents.rig import RigMicrophone, Skin
-from afferents.rig.microphone import heard, write_wav
+from afferents.rig.microphone import heard
 
 RATE_HZ = 8820.0
 
@@ -40,11 +39,3 @@ def test_near_pins_are_louder():
     near = np.argmin(np.hypot(*(rest - [microphone.x_mm, microphone.y_mm]).T))
     assert np.argmax(weights) == near
     assert weights[0] < 2e-3 * weights[near]  # 25 mm away, 2.7 mm deep: (25 / 2.7)^-3
-
-
-def test_the_wav_is_16_bit_stereo_with_the_sensor_second(tmp_path):
-    room, sensor = np.zeros(100), np.linspace(-0.5, 0.5, 100)
-    write_wav(tmp_path / "a.wav", room, sensor)
-    info = soundfile.info(tmp_path / "a.wav")
-    assert (info.samplerate, info.channels, info.subtype) == (44100, 2, "PCM_16")
-    np.testing.assert_allclose(soundfile.read(tmp_path / "a.wav")[0][:, 1], sensor, atol=1e-4)

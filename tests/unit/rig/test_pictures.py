@@ -41,27 +41,3 @@ def test_a_disc_has_its_area_place_and_grey():
     found = (x * above).sum() / above.sum(), (y * above).sum() / above.sum()
     np.testing.assert_allclose(found, centre[0], atol=0.01)
     assert above.sum() / 185 == pytest.approx(np.pi * (0.35 * 18.3) ** 2, rel=0.01)
-
-
-def centroids(image: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return the centroids of discs alone in windows of 19 px, (n, 2)."""
-    found = []
-    for x, y in np.rint(near).astype(int):
-        rows, columns = np.mgrid[y - 9 : y + 10, x - 9 : x + 10]
-        above = np.clip(image[rows, columns].astype(float) - 40, 0, None)
-        found.append([(columns * above).sum() / above.sum(), (rows * above).sum() / above.sum()])
-    return np.array(found)
-
-
-def scattered(rng) -> np.ndarray:
-    """Return the places of 20 x 14 discs that don't touch, at any place within a pixel."""
-    grid = np.stack(np.meshgrid(np.arange(20), np.arange(14)), -1).reshape(-1, 2)
-    return 40 + 28 * grid + rng.uniform(-1, 1, grid.shape)
-
-
-def test_discs_come_out_where_they_are_at_any_place_within_a_pixel(rng):
-    place = scattered(rng)
-    camera = PLAIN.model_copy(update={"blur_px": 0.7})
-    off = centroids(Renderer(camera, 0).draw(place), place) - place
-    assert np.sqrt((off**2).mean()) < 0.015
-    assert np.abs(off.mean(axis=0)).max() < 0.003

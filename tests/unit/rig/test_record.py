@@ -11,6 +11,8 @@ from afferents.recordings.video import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
 from afferents.store.drum_path import DRIVE, logged_path
 
+from .conftest import changed
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -66,8 +68,7 @@ def test_a_colon_in_a_name_makes_no_address_of_it(tmp_path, monkeypatch):
     ],
 )
 def test_pins_out_of_the_picture_and_sound_too_loud_are_refused(tmp_path, part, change, sentence):
-    rig = Rig()
-    other = rig.model_copy(update={part: getattr(rig, part).model_copy(update=change)})
+    other = changed(Rig(), part, **change)
     with pytest.raises(InputError, match=sentence):
         record(other, tmp_path / "3" / "100", "3", bumped_surface(3.0), 100.0, 1.8, seed=0)
     assert not (tmp_path / "3").exists()

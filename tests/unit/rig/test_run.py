@@ -7,19 +7,16 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.rig import STEADY_S, Rig, RigDrive, bumped_surface
+from afferents.rig import STEADY_S, Rig, RigDrive, bumped_surface, draw
 from afferents.rig.drive import PRESSED_S, STILL_S, turn
 from afferents.rig.run import simulate_run
 
-
-def pressed(rig):
-    """Return the rig with the drum on the skin before the run begins, too."""
-    mounting = rig.mounting.model_copy(update={"contact_at_rest": True})
-    return rig.model_copy(update={"mounting": mounting})
+from .conftest import changed
 
 
 def test_on_the_drum_the_rest_frames_are_at_rest():
-    run = simulate_run(pressed(Rig()), "3", bumped_surface(3.0), 50.0, 1.6, 0)
+    on_it = changed(Rig(), "mounting", contact_at_rest=True)
+    run = simulate_run(on_it, "3", bumped_surface(3.0), 50.0, 1.6, 0)
     still = run.time_s < STILL_S
     assert still.sum() >= 30
     assert np.ptp(run.position_mm[still], axis=0).max() < 0.005
@@ -44,10 +41,7 @@ def test_both_clocks_tell_the_same_but_for_their_offset():
     rig = Rig().with_nuisances({})
     drum = bumped_surface(3.0, rig.drum)
     straight = simulate_run(rig, "3", drum, 50.0, 2.0, 0)
-    mounting = rig.mounting.model_copy(update={"clock_sd_s": 0.05})
-    shifted_rig = rig.model_copy(update={"mounting": mounting})
-    from afferents.rig import draw
-
+    shifted_rig = changed(rig, "mounting", clock_sd_s=0.05)
     offset = round(draw(shifted_rig, "3", 50.0, 0).clock_offset_s * 44100)
     shifted = simulate_run(shifted_rig, "3", drum, 50.0, 2.0, 0)
     assert abs(offset) > 100
@@ -71,10 +65,8 @@ def test_skin_that_comes_apart_is_refused_and_reads_no_other_memory():
     ],
 )
 def test_unstable_constants_are_refused(skin, sentence):
-    rig = Rig()
-    stiff = rig.model_copy(update={"skin": rig.skin.model_copy(update=skin)})
     with pytest.raises(InputError, match=sentence):
-        simulate_run(stiff, "3", bumped_surface(3.0), 50.0, 2.0, 0)
+        simulate_run(changed(Rig(), "skin", **skin), "3", bumped_surface(3.0), 50.0, 2.0, 0)
 
 
 RATE_HZ = 2000.0
@@ -86,14 +78,6 @@ def turned(rng, drive, contact_at_rest=False, speed=50.0, seconds=6.0, run_out=(
 
 def calm():
     return RigDrive(eccentricity_mm=0, ripple=0, motor_ripple=0, drift_mm=0)
-
-
-def test_the_drum_stands_still_and_off_for_the_rest_frames(rng):
-    turning = turned(rng, RigDrive())
-    still = turning.time_s < STILL_S
-    assert still.sum() / RATE_HZ > 30 / 90
-    assert not turning.speed_mm_s[still].any()
-    assert (turning.pressed_mm[still] < -2).all()
 
 
 def test_without_nuisances_the_speed_is_the_nominal_one(rng):

@@ -225,8 +225,9 @@ INFO = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("plugin", list(StoragePlugin))
-@pytest.mark.parametrize("encoding", ["mono8", "bgr8"])
+@pytest.mark.parametrize(
+    ("encoding", "plugin"), zip(("mono8", "bgr8"), StoragePlugin, strict=True), ids=str
+)
 def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding, plugin):
     samples = np.random.default_rng(0).integers(-9000, 9000, (4410, 2)).astype(np.int16)
     ros_bag(
