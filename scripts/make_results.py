@@ -127,7 +127,9 @@ def run(part: Part, kept: Path = KEPT) -> None:
         command = [str(pages.ROOT / words[0]), *words[1:]] if own else ["-m", "afferents", *words]
         command = [sys.executable, *command, *(() if own else ("--quiet",))]
         with (OUT / "log.txt").open("a") as log:
-            subprocess.run(command, cwd=OUT, stdout=log, stderr=log, check=True)
+            done = subprocess.run(command, cwd=OUT, stdout=log, stderr=log)
+        if done.returncode not in (0, 3):  # 3: some recordings were left out, as the log says
+            sys.exit(f"{part.name}: exit code {done.returncode}; see {OUT / 'log.txt'}")
         if words[0] == "extract":
             shutil.rmtree(OUT / words[1])
     if part.results:
