@@ -1,4 +1,4 @@
-"""The tactile channels: SA-I, RA-I and RA-II as in the paper (Eqs. 1 and 2), and their kin."""
+"""SA-I, RA-I and RA-II as in the paper (Equations 1 and 2), and other channels."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

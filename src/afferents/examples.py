@@ -1,4 +1,4 @@
-"""One short recording of the simulated rig for newcomers, made once and kept."""
+"""One short simulated recording for newcomers, made once and kept."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Plots for a notebook or a script: each draws on one Axes of matplotlib, and returns it.
+"""Plots for a notebook or a script: each draws on one Axes, and returns it.
 
 ::
 

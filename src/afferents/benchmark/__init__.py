@@ -1,4 +1,4 @@
-"""Tasks on which models of texture are compared, and the entries of those that took part.
+"""Tasks on which models of texture are compared, and all entries.
 
 A task is a data set, what of it is held out, and a seed: whoever runs it tests on the same samples.
 """

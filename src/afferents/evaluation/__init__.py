@@ -1,4 +1,4 @@
-"""Leave one group out, by default a speed: trainings, results on disk, accuracies.
+"""Trainings with one group held out, by default a speed; results on disk, accuracies.
 
 Its files, from the lowest floor up; each imports from those before it alone::
 

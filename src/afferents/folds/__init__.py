@@ -1,1 +1,1 @@
-"""What is held out, and how: groups, protocols, splits, and recordings corrupted on purpose."""
+"""What is held out, and how; recordings corrupted on purpose."""

@@ -1,1 +1,1 @@
-"""Looking at recordings before anything is learnt: what is in them, and whether they are sound."""
+"""What is in recordings, and whether they are sound."""

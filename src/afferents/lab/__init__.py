@@ -1,4 +1,4 @@
-"""What a lab with a fingertip needs: its devices, recording with them, and signals live.
+"""Devices, recording with them, and signals live.
 
 Needs the extra ``lab``. Nothing below names it but the command line.
 """

@@ -1,1 +1,1 @@
-"""Finding the markers in the picture, following them, and naming them by their layout."""
+"""Markers found in the picture, followed, and named by their layout."""

@@ -1,1 +1,1 @@
-"""The paper's networks and models beyond it: what they are, how they learn, what is kept."""
+"""The paper's networks and other models: what they are, how they learn, what is kept."""

@@ -1,4 +1,7 @@
-"""Analyses of spikes, artificial and natural; only the command line names it."""
+"""Analyses of spikes, artificial and natural.
+
+Nothing below names it but the command line.
+"""
 
 import lazy_loader
 

@@ -1,1 +1,1 @@
-"""What can be wrong with pictures, sound and clocks, found in arrays."""
+"""What can be wrong with pictures, sound and clocks."""

@@ -1,1 +1,1 @@
-"""Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
+"""Table 1, Figures 7 to 13 and the report's page, from results alone."""

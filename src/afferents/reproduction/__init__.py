@@ -1,1 +1,1 @@
-"""The whole way in one command: from a session to its report."""
+"""From a session to its report in one command."""

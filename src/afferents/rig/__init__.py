@@ -1,4 +1,4 @@
-"""The simulated rig: drums, skin, camera and microphone, for everyone without a sensor."""
+"""The simulated rig: drums, skin, camera and microphone."""
 
 import lazy_loader
 

@@ -1,1 +1,4 @@
-"""Formats of robots: ROS 2 bags, LeRobot, rerun; only the command line names it."""
+"""Formats of robots: ROS 2 bags, LeRobot, rerun.
+
+Nothing below names it but the command line.
+"""
