@@ -5,7 +5,8 @@
 The simulated rig's thirteen drums, without pictures: constant speeds (20, 50, 80 mm/s, three times
 each, 8 s) and sweeps (20 to 80 mm/s and back, three times, 24 s), whose poses and forces are kept
 as an arm's would be. A repetition is held out, then bands of speed and of force. A seed prints
-other drums. Writes `docs/results/swept.json`, from which the docs' table is drawn.
+other drums. Writes `studies/data/swept.json`, from which the table in `studies/models.md` is
+drawn.
 """
 
 import argparse
@@ -16,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import here  # noqa: F401  puts scripts on the path of imports
+import here
 import make_results
 import numpy as np
 import results_pages as pages
@@ -200,7 +201,7 @@ def main() -> None:
     command = f"python studies/swept.py --out OUT --seeds {given.seeds}"
     source = pages.source([command])
     pages.write_json(
-        pages.DATA / "swept.json", {"title": "Slides whose speed changes", **source,
+        here.DATA / "swept.json", {"title": "Slides whose speed changes", **source,
                                     "columns": head, "rows": rows},
     )  # fmt: skip
     print(pages.table(head, rows))

@@ -48,8 +48,10 @@ class Network:
     ----------
     card
         What it learnt from, and what it needs.
-    channel, encoding
-        That make its samples.
+    channel
+        The response that it takes.
+    encoding
+        How that is divided into samples.
     of_pixels
         Whether it takes tactile images; else what single markers show.
     """
