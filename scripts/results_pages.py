@@ -102,10 +102,9 @@ def listed(name: str) -> str:
     rows = []
     for model in afferents.MODELS.values():
         parts = [afferents.MODELS[part] for part in model.parts] or [model]
-        given = {"given": "given", "measured": "measured"}.get(model.speed_from, "")
         used = (in_code(part.channel for part in parts), in_code(part.encoding for part in parts))
-        rows.append([f"`{model.name}`", model.title, *used, in_code([model.classifier]), given])
-    return table(["model", "in tables", "channel", "encoding", "classifier", "speed"], rows)
+        rows.append([f"`{model.name}`", model.title, *used, in_code([model.classifier])])
+    return table(["model", "in tables", "channel", "encoding", "classifier"], rows)
 
 
 def first_sentence(thing: object) -> str:
