@@ -46,7 +46,7 @@ def inspect(found: Any, given: Given) -> Output:
         for sentence in its
     ]
     problems = [f"Problem: {problem}" for problem in once_a_kind(found.problems)]
-    lines = [list_rows(found.source, ("", ""), rows), "", *problems, *_pictures(found)]
+    lines = [found.source, list_rows("", ("", ""), rows), "", *problems, *_pictures(found)]
     names = ("source", "sentences", "problems", "pictures", "facts")
     content = {name: getattr(found, name) for name in names}
     return Output(content, lines, is_bad=bool(found.problems))
