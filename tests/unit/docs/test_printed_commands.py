@@ -141,13 +141,15 @@ def run_instead(text):
     known = flags_of(text)
     added = shlex.split(f"{ADDED.get(words[1], '')} {EVERYWHERE}")
     for option, value in zip(added[::2], added[1::2], strict=True):
-        if option in known and option not in words and not split_otherwise(words, option):
+        if option in known and option not in words and not excluded(words, option):
             words += [option, value]
     return [*words, "--quiet"] if "--quiet" in known and "--quiet" not in words else words
 
 
-def split_otherwise(words, option):
-    """Tell whether a held-out speed would be none of what is held out."""
+def excluded(words, option):
+    """Tell whether a command has no speeds: it holds out something else, or sweeps over them."""
+    if option == "--speeds":
+        return "--sweep" in words
     return option == "--held-out" and "--split" in words and "speed" not in words
 
 
