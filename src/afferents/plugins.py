@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from afferents.errors import AfferentsError, InputError, raised
+from afferents.errors import AfferentsError, InputError, raised, reason_of
 
 _OF_TRAIN = ("torch", "sklearn", "skops", "safetensors", "pyarrow")
 """Packages that learning and its results need: more than half of the gigabytes."""
@@ -164,6 +164,6 @@ def in_a_sentence(where: str) -> Iterator[None]:
     except AfferentsError:
         raise
     except Exception as error:
-        raise InputError(
-            f"{where}: expected data that can be read, found {raised(error)}"
-        ) from error
+        at = getattr(error, "filename", None) or where
+        found = reason_of(error) if isinstance(error, OSError) else raised(error)
+        raise InputError(f"{at}: expected data that can be read, found {found}") from error
