@@ -9,9 +9,8 @@ import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
+from afferents import plugins, stopping
 from afferents.errors import AfferentsError, PartialFailureError, Stopped
-from afferents.plugins import missing_extra
-from afferents.stopping import stopped_by
 
 STOPPED = "stopped; what is finished is kept"
 
@@ -32,7 +31,7 @@ def run_to_exit_code(command: Callable[[], object], debug: bool) -> int:
     except BrokenPipeError:  # whoever read the output left
         return 1
     except Exception as error:
-        if (number := stopped_by()) is not None:  # what was stopped failed in its own way
+        if (number := stopping.stopped_by()) is not None:  # what was stopped failed in its own way
             return _end(STOPPED, debug, 128 + number)
         code = 3 if isinstance(error, PartialFailureError) else 2
         if (sentence := _describe(error)) is None:
@@ -88,7 +87,7 @@ def _describe(error: Exception) -> str | None:
             )
         found = error.object[max(0, error.start - 40) : error.end + 40]
         return f"{found}: expected letters that {error.encoding} has, found others; rename it"
-    if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
+    if isinstance(error, ImportError) and (missing := plugins.missing_extra(error, "this command")):
         return str(missing)
     is_short = isinstance(error, MemoryError)
     if isinstance(error, RuntimeError) and "torch" in sys.modules:  # else nothing of it is here
