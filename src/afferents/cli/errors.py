@@ -6,7 +6,7 @@ skipped; 128 + n stopped by signal n.
 
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 
 from afferents import plugins, stopping
@@ -50,19 +50,6 @@ def end_after_fault(fault: OSError, debug: bool) -> int:
 def describe_full(error: OSError) -> str:
     """Return the sentence that says that nothing more can be printed."""
     return f"stdout: expected room for what the command says, found {error.strerror}"
-
-
-def fail_if_skipped(skipped: Mapping[str, str]) -> None:
-    """Name the recordings that were skipped, and why.
-
-    Raises
-    ------
-    PartialFailureError
-        If there are any: exit code 3.
-    """
-    if skipped:
-        reasons = "; ".join(f"{name} ({why})" for name, why in skipped.items())
-        raise PartialFailureError(f"skipped {len(skipped)} of the recordings: {reasons}")
 
 
 def _end(sentence: str, debug: bool, code: int = 2) -> int:

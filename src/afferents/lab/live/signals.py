@@ -22,7 +22,7 @@ from afferents.errors import InputError, reason_of
 from afferents.files import free_bytes, require_free
 from afferents.lab.live.fingertip import Fingertip
 from afferents.lab.live.touch import Touch
-from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore
+from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Messages, typestore
 from afferents.version import __version__
 
 UNITS = {
@@ -343,7 +343,7 @@ class McapFile:
                     at_s = touch.ra2_time_s[0] if name == dims.RA2 else touch.time_s
                     topic = POSITIONS if name == dims.POSITION else f"/touch/{name}"
                     numbers = self._make.numbers(values, _DIMS.get(name, (dims.MARKER,)))
-                    self._put(at_s, topic, numbers)
+                    self._bag.put(round((at_s + self._ahead_s) * NS), topic, *numbers)
 
     def close(self) -> None:
         """Write the index, and give the file its name."""
@@ -356,12 +356,10 @@ class McapFile:
             file.rename(self._path)
             shutil.rmtree(_unfinished(self._path))
 
-    def _put(self, at_s: float, topic: str, message: Message) -> None:
-        self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
-
     def _put_text(self, at_s: float, topic: str, content: Content) -> None:
         text = to_json(content, inf_nan_mode="null").decode()
-        self._put(at_s, topic, self._make.make(TEXT, data=text))
+        message = self._make.make(TEXT, data=text)
+        self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
