@@ -14,9 +14,8 @@ from afferents.lab.devices import base
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
 from afferents.lab.recorder.plan import Entry, RecordingPlan
-from afferents.rig import config, drums
+from afferents.rig import config, drive, drums
 from afferents.rig.camera import Renderer
-from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run, tap
@@ -82,10 +81,10 @@ class Bench:
         """Mount nothing yet."""
         on = {name: None for name in config.NUISANCES if name != "clock-offset"}
         self.rig, self._plan = rig.with_nuisances(on), plan
-        if plan.settle_s < STEADY_S - STILL_S:
+        if plan.settle_s < (least_s := drive.STEADY_S - drive.STILL_S):
             raise InputError(
-                f"settle_s: expected at least {STEADY_S - STILL_S:g}, as the simulated drum "
-                f"needs, found {plan.settle_s:g}"
+                f"settle_s: expected at least {least_s:g}, as the simulated drum needs, found "
+                f"{plan.settle_s:g}"
             )
         if plan.total_s > LONGEST_S:
             raise InputError(
@@ -149,8 +148,8 @@ def simulate_film(rig: config.Rig, entry: Entry, plan: RecordingPlan) -> Film:
     The rig's drum sets off after half a second; where the plan rests longer, the skin is seen at
     rest for longer, and it is tapped where the plan wants taps.
     """
-    tapped_s = max(0.0, plan.tap_s - STILL_S)
-    n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
+    tapped_s = max(0.0, plan.tap_s - drive.STILL_S)
+    n_rest = round(max(0.0, plan.start_s - tapped_s - drive.STILL_S) * rig.camera.fps_hz)
     rests_s = n_rest / rig.camera.fps_hz
     try:
         spacing = drums.texture_name(entry.texture, {})
