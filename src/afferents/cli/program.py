@@ -7,11 +7,10 @@ from typing import Any
 
 from cyclopts import App, CycloptsError, Group
 
-from afferents import progress, stopping
+from afferents import errors, progress, stopping
 from afferents.cli.command import Command, describe_error
 from afferents.cli.errors import end_after_fault, run_to_exit_code
 from afferents.cli.signatures import read_first_line
-from afferents.errors import InputError
 
 FPS, TRACKER = {"fps_hz": "--fps"}, {"method": "--tracker"}
 EVALUATION = "afferents.evaluation.options:EvaluationOptions"
@@ -190,7 +189,7 @@ def read_given(arguments: Sequence[str]) -> dict[str, Any] | None:
     try:
         call, given, _ = app.parse_args(list(arguments), print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        raise InputError(describe_error(error, name)) from error
+        raise errors.InputError(describe_error(error, name)) from error
     found: dict[str, Any] | None = call(*given.args, **given.kwargs)
     return found
 

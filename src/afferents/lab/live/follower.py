@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents import channels, dims
-from afferents.errors import InputError
+from afferents import channels, dims, errors
 from afferents.lab.live import prediction, touch
 from afferents.lab.live.events import CameraFrame
 from afferents.markers import calibrate, cells, detect, track, windowed
@@ -250,7 +249,7 @@ class Follower:
             check_size(_FIRST, frames[0].luma.shape[::-1], self.sensor)
             n_stale = count_stale([frame.image for frame in frames], self.sensor)
             begun = track.start_at_rest(frames[n_stale:], _FIRST, self.sensor)
-        except InputError:
+        except errors.InputError:
             self.begin()
             if not self._is_given:  # the skin may have moved since it was found: look anew
                 self.sensor, self._again_s = None, frames[-1].time_s + AGAIN_S

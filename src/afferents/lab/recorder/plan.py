@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from afferents import documents, files, forms
-from afferents.errors import InputError
+from afferents import documents, errors, files, forms
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
 
@@ -228,7 +227,7 @@ def read_plan(path: Path) -> RecordingPlan:
     plan = documents.as_form(content, RecordingPlan, path, _WHAT)
     for values in (plan.textures, plan.speeds_mm_s):
         if len(set(values)) < len(values):
-            raise InputError(
+            raise errors.InputError(
                 f"{path}: expected each texture and each speed once, found one of them twice"
             )
     require_distinct(path, plan.textures, [(f"{speed!r}", speed) for speed in plan.speeds_mm_s])
