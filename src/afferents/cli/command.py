@@ -10,17 +10,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
-from cyclopts import App, CycloptsError, Group, Parameter
-from cyclopts.exceptions import (
-    CoercionError,
-    MissingArgumentError,
-    UnknownOptionError,
-    UnusedCliTokensError,
-)
+from cyclopts import App, CycloptsError, Group, Parameter, exceptions
 
 from afferents.choices import flag_of
 from afferents.cli.signatures import REQUIRED, Argument, read_fields, read_signature
-from afferents.errors import InputError
+from afferents.errors import InputError, PartialFailureError
 
 RARE = Group("Further options", sort_key=9)
 ENCODINGS = Group("Options of encodings (how samples are cut from recordings)", sort_key=10)
@@ -162,7 +156,6 @@ class Command:
         PartialFailureError
             If recordings were skipped.
         """
-        from afferents.cli.errors import fail_if_skipped
         from afferents.cli.printing import say
 
         options = {key.replace("-", "_"): value for key, value in given.items()}
@@ -186,7 +179,10 @@ class Command:
             output = _load(self.shows)(output, options)
         if output is not None:  # it did not print as it went
             say(as_json, output.content, *output.lines)
-            fail_if_skipped(output.skipped)
+            if output.skipped:
+                reasons = "; ".join(f"{name} ({why})" for name, why in output.skipped.items())
+                n = len(output.skipped)
+                raise PartialFailureError(f"skipped {n} of the recordings: {reasons}")
             if output.is_bad:
                 raise SystemExit(2)
 
@@ -281,15 +277,15 @@ def describe_error(error: CycloptsError, name: str) -> str:
     """Return what is wrong with what was typed: what was expected, and what was found."""
     argument = getattr(error, "argument", None)
     flag = argument.name if argument is not None else ""
-    if isinstance(error, MissingArgumentError):
+    if isinstance(error, exceptions.MissingArgumentError):
         return f"{flag}: expected a value, found none; {_see(name)}"
-    if isinstance(error, CoercionError) and error.token is not None:
+    if isinstance(error, exceptions.CoercionError) and error.token is not None:
         kind: Any = error.target_type
         wanted = _NUMBERS.get(kind) or " or ".join(map(str, get_args(kind))) or kind
         return f"{flag}: expected {wanted}, found '{error.token.value}'"
-    if isinstance(error, UnusedCliTokensError):
+    if isinstance(error, exceptions.UnusedCliTokensError):
         return f"'{' '.join(error.unused_tokens or ())}': expected no further word; {_see(name)}"
-    if isinstance(error, UnknownOptionError):
+    if isinstance(error, exceptions.UnknownOptionError):
         word = error.token.keyword or error.token.value
         if any(word in one.names for one in error.argument_collection):
             return f"{word}: expected options before '--', found this one after it"

@@ -6,12 +6,11 @@ skipped; 128 + n stopped by signal n.
 
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 
+from afferents import plugins, stopping
 from afferents.errors import AfferentsError, PartialFailureError, Stopped
-from afferents.plugins import missing_extra
-from afferents.stopping import stopped_by
 
 STOPPED = "stopped; what is finished is kept"
 
@@ -32,7 +31,7 @@ def run_to_exit_code(command: Callable[[], object], debug: bool) -> int:
     except BrokenPipeError:  # whoever read the output left
         return 1
     except Exception as error:
-        if (number := stopped_by()) is not None:  # what was stopped failed in its own way
+        if (number := stopping.stopped_by()) is not None:  # what was stopped failed in its own way
             return _end(STOPPED, debug, 128 + number)
         code = 3 if isinstance(error, PartialFailureError) else 2
         if (sentence := _describe(error)) is None:
@@ -51,19 +50,6 @@ def end_after_fault(fault: OSError, debug: bool) -> int:
 def describe_full(error: OSError) -> str:
     """Return the sentence that says that nothing more can be printed."""
     return f"stdout: expected room for what the command says, found {error.strerror}"
-
-
-def fail_if_skipped(skipped: Mapping[str, str]) -> None:
-    """Name the recordings that were skipped, and why.
-
-    Raises
-    ------
-    PartialFailureError
-        If there are any: exit code 3.
-    """
-    if skipped:
-        reasons = "; ".join(f"{name} ({why})" for name, why in skipped.items())
-        raise PartialFailureError(f"skipped {len(skipped)} of the recordings: {reasons}")
 
 
 def _end(sentence: str, debug: bool, code: int = 2) -> int:
@@ -88,7 +74,7 @@ def _describe(error: Exception) -> str | None:
             )
         found = error.object[max(0, error.start - 40) : error.end + 40]
         return f"{found}: expected letters that {error.encoding} has, found others; rename it"
-    if isinstance(error, ImportError) and (missing := missing_extra(error, "this command")):
+    if isinstance(error, ImportError) and (missing := plugins.missing_extra(error, "this command")):
         return str(missing)
     is_short = isinstance(error, MemoryError)
     if isinstance(error, RuntimeError) and "torch" in sys.modules:  # else nothing of it is here

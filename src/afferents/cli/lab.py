@@ -213,12 +213,10 @@ def live(
     quiet
         No progress bars; plain lines on stderr.
     """
-    from afferents.choices import speed_factor
+    from afferents import choices, plugins
     from afferents.lab.live import control as controls
-    from afferents.lab.live import fingertip, outlets
+    from afferents.lab.live import events, fingertip, outlets
     from afferents.lab.live import signals as given_out
-    from afferents.lab.live.events import close_afterwards
-    from afferents.plugins import import_extra
     from afferents.recordings.session_file import parse_rate
 
     # What does not go together.
@@ -242,8 +240,8 @@ def live(
     if model and fps is not None:
         raise InputError(f"--fps: expected none with --model, which has its own, found {fps:g}")
     if web:  # before models are trained, or others begin
-        import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
-    factor, offset_s = speed_factor(speed), audio_offset_ms / 1000
+        plugins.import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
+    factor, offset_s = choices.speed_factor(speed), audio_offset_ms / 1000
     fps_hz = None if fps is None else parse_rate(fps)
     # Several fingertips: a process each.
     if has_several:
@@ -277,7 +275,7 @@ def live(
     sources, pipeline = outlets.open_pipeline(
         model, video, audio, sensor, factor, fps_hz, exposure_ms, offset_s
     )
-    with close_afterwards(sources):
+    with events.close_afterwards(sources):
         if learn is not None:
             pipeline.learn(learn, (video or "").startswith("rig"))
         greeting = {"name": name, "beside": ports}

@@ -7,12 +7,10 @@ from typing import Any
 
 from cyclopts import App, CycloptsError, Group
 
+from afferents import errors, progress, stopping
 from afferents.cli.command import Command, describe_error
 from afferents.cli.errors import end_after_fault, run_to_exit_code
 from afferents.cli.signatures import read_first_line
-from afferents.errors import InputError
-from afferents.progress import flush_streams, prepare_streams, silence_libraries
-from afferents.stopping import ignore_signals_briefly, stop_on_signals
 
 FPS, TRACKER = {"fps_hz": "--fps"}, {"method": "--tracker"}
 EVALUATION = "afferents.evaluation.options:EvaluationOptions"
@@ -191,7 +189,7 @@ def read_given(arguments: Sequence[str]) -> dict[str, Any] | None:
     try:
         call, given, _ = app.parse_args(list(arguments), print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        raise InputError(describe_error(error, name)) from error
+        raise errors.InputError(describe_error(error, name)) from error
     found: dict[str, Any] | None = call(*given.args, **given.kwargs)
     return found
 
@@ -212,15 +210,15 @@ def run(arguments: Sequence[str]) -> None:
 
 def main() -> None:
     """Run the command line; exit code 2 and one sentence for what the user can mend."""
-    stop_on_signals()
-    prepare_streams()
+    stopping.stop_on_signals()
+    progress.prepare_streams()
     debug = "--debug" in sys.argv
     if not debug:
-        silence_libraries()
+        progress.silence_libraries()
     arguments = [text for text in sys.argv[1:] if text != "--debug"]
     code = run_to_exit_code(lambda: run(arguments), debug)
-    ignore_signals_briefly()
-    fault = flush_streams()
+    stopping.ignore_signals_briefly()
+    fault = progress.flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told
         code = end_after_fault(fault, debug)
     sys.exit(code)

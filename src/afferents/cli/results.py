@@ -111,11 +111,10 @@ def benchmark_table(folder: Path = Path("benchmark"), out: Path | None = None) -
     out
         Folder for table.md, table.csv and table.html.
     """
-    from afferents.benchmark import read_entries
-    from afferents.benchmark.entries import tables_by_task, write_table
+    from afferents.benchmark import entries
 
-    entries = read_entries(folder)
-    written = write_table(entries, out) if out else []
-    content = [entry.model_dump(mode="json", by_alias=True) for entry in entries]
-    lines = [*tables_by_task(entries), *(f"Written: {path}" for path in written)]
+    found = entries.read_entries(folder)
+    written = entries.write_table(found, out) if out else []
+    content = [entry.model_dump(mode="json", by_alias=True) for entry in found]
+    lines = [*entries.tables_by_task(found), *(f"Written: {path}" for path in written)]
     return Output({"entries": content}, lines)

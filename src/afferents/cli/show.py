@@ -96,15 +96,15 @@ def evaluate(results: Any, given: Given) -> Output:
 
 
 def reproduce(results: Any, given: Given) -> Output:
-    from afferents.reporting.tables import short_table1
-    from afferents.reporting.text import describe_held_out, headline, list_next_steps
+    from afferents.reporting import tables, text
 
     summary, page = results.found, results.root / "report.html"
-    found = Text(headline(summary))  # wrapped between words, as the caption above it
-    lines = ["", describe_held_out(summary), found, "", f"Report: {page.resolve()}"]
-    if steps := [step.command for step in list_next_steps(summary, results.root) if step.command]:
-        lines += ["Next:", indent(steps[-1], "  ")]
-    return Output(results.summary, [short_table1(summary), *lines], _skipped(summary))
+    found = Text(text.headline(summary))  # wrapped between words, as the caption above it
+    lines = ["", text.describe_held_out(summary), found, "", f"Report: {page.resolve()}"]
+    steps = text.list_next_steps(summary, results.root)
+    if commands := [step.command for step in steps if step.command]:
+        lines += ["Next:", indent(commands[-1], "  ")]
+    return Output(results.summary, [tables.short_table1(summary), *lines], _skipped(summary))
 
 
 def train(card: Any, given: Given) -> Output:

@@ -14,9 +14,8 @@ import soundfile
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents import dims
+from afferents import dims, files
 from afferents.errors import InputError, reading
-from afferents.files import Place, holds_only, require_free, safe_names, write_aside, write_json
 from afferents.progress import Progress
 from afferents.recordings.audio import reading_sound, sound_name
 from afferents.recordings.ros_messages import NS, NUMBER, POSITIONS, TEXT, Bag, Messages, typestore
@@ -35,12 +34,12 @@ _BLOCK_S = 0.1
 
 
 def export_mcap(
-    source: Place,
-    out: Place,
-    store: Place | None = None,
+    source: files.Place,
+    out: files.Place,
+    store: files.Place | None = None,
     recordings: str | Sequence[str] = (),
     quality: int = QUALITY,
-    percepts: Place | None = None,
+    percepts: files.Place | None = None,
     quiet: bool = False,
 ) -> list[Path]:
     """Write recordings as ROS 2 bags in MCAP files, for Foxglove, rerun and ``ros2 bag play``.
@@ -84,7 +83,7 @@ def export_mcap(
     [PosixPath('bags/4_60')]
     """
     types, out = typestore(), Path(out)
-    require_free(out, holds_only())
+    files.require_free(out, files.holds_only())
     if not 1 <= quality <= 100:
         raise InputError(f"--quality: expected a number from 1 to 100, found {quality}")
     names = recordings.split(",") if isinstance(recordings, str) else recordings
@@ -93,14 +92,14 @@ def export_mcap(
         expected = "one recording, named with --recording"
         raise InputError(f"--percepts: expected {expected}, found {len(found)}")
     lines = [] if percepts is None else _read_lines(Path(percepts))
-    make, folders = Messages(types), safe_names(found)
+    make, folders = Messages(types), files.safe_names(found)
     predictions = [Stamped(at, PREDICTION, *make.make(TEXT, data=line)) for at, line in lines]
-    with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
+    with Progress(quiet) as progress, files.write_aside(out, files.holds_only()) as partial:
         partial.mkdir(parents=True)
         for name, one in progress.track(found.items(), "exporting", len(found)):
             messages = [*_list_messages(make, one, quality), predictions]
             write_bag(partial / folders[name], types, messages, name)
-        write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
+        files.write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
     return [out / folder for folder in folders.values()]
 
 

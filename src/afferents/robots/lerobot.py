@@ -20,11 +20,8 @@ import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.channels import CHANNELS
+from afferents import channels, dims, files, plugins
 from afferents.errors import InputError
-from afferents.files import Place, holds_only, require_free, write_aside
-from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_sets import read_session
 from afferents.recordings.session import match_recordings
@@ -61,7 +58,7 @@ Stats = dict[str, NDArray[Any]]
 
 
 def export_lerobot(
-    store: Place, out: Place, session: Place | None = None, quiet: bool = False
+    store: files.Place, out: files.Place, session: files.Place | None = None, quiet: bool = False
 ) -> int:
     """Write a store as a LeRobot data set (format 3.0): an episode a recording.
 
@@ -97,9 +94,9 @@ def export_lerobot(
     >>> export_lerobot("responses.zarr", "touch-lerobot", session="session")
     130
     """
-    import_extra("parquet", "export-lerobot", "pyarrow")
+    plugins.import_extra("parquet", "export-lerobot", "pyarrow")
     store, out = Path(store), Path(out)
-    require_free(out, holds_only())
+    files.require_free(out, files.holds_only())
     recordings = [
         one for one in open_whole(store) if dims.POSITION in one and not dims.of_cells(one)
     ]
@@ -108,7 +105,7 @@ def export_lerobot(
     videos = {} if session is None else _find_videos(Path(session), recordings)
     fps = _require_alike(store, recordings)
     tasks = sorted({_task(one) for one in recordings})
-    with Progress(quiet) as progress, write_aside(out, holds_only()) as partial:
+    with Progress(quiet) as progress, files.write_aside(out, files.holds_only()) as partial:
         written = _DataSet(partial, fps, tasks)
         for responses in progress.track(recordings, "exporting", len(recordings)):
             written.add_episode(responses, videos.get(str(responses.attrs["name"])))
@@ -222,7 +219,7 @@ def _features(responses: Responses, fps: int) -> dict[str, tuple[NDArray[Any], l
     moved = position - responses[dims.REST_POSITION].values
     seen = responses[dims.DETECTED].values & np.isfinite(moved).all(axis=2)
     n, n_markers = seen.shape
-    shear = CHANNELS[dims.SHEAR]
+    shear = channels.CHANNELS[dims.SHEAR]
     markers = [f"marker_{marker:03d}" for marker in range(n_markers)]
     ways = [f"{marker}.{axis}" for marker in markers for axis in ("dx_px", "dy_px")]
     found = {

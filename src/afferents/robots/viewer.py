@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from afferents import dims
-from afferents.files import Place, require_free, write_aside
+from afferents import dims, files, plugins
 from afferents.markers.places import make_images
-from afferents.plugins import import_extra
 from afferents.robots.sources import QUALITY, Chosen, find_recordings, jpegs
 
 _LOUDNESS_HZ = 100.0
 
 
 def view(
-    source: Place, recording: str | None = None, store: Place | None = None,
-    save: Place | None = None,
+    source: files.Place, recording: str | None = None, store: files.Place | None = None,
+    save: files.Place | None = None,
 ) -> dict[str, int]:  # fmt: skip
     """Show a recording in rerun's viewer: camera, markers, SA-I, RA-I, sound and drum on one time.
 
@@ -51,15 +49,15 @@ def view(
     """
     if save is not None:
         save = Path(save)
-        require_free(save)
-    rr: Any = import_extra("view", "view", "rerun")
+        files.require_free(save)
+    rr: Any = plugins.import_extra("view", "view", "rerun")
     wanted = () if recording is None else (recording,)
     ((name, found),) = find_recordings(source, store, wanted, most=1).items()
     values = list_values(rr, found)
     rr.init("afferents", recording_id=name, spawn=save is None)
     if save is None:
         return _log(rr, values)
-    with write_aside(save) as partial:
+    with files.write_aside(save) as partial:
         rr.save(str(partial))
         return _log(rr, values)
 

@@ -8,25 +8,20 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
-from afferents.documents import as_form
+from afferents import documents, plugins
 from afferents.errors import AfferentsError, InputError
+from afferents.lab.devices import portable, portaudio, v4l2
 from afferents.lab.devices.base import ByHand, Camera, Device, Drive, Microphone
-from afferents.lab.devices.drives.dynamixel import DynamixelDrive
-from afferents.lab.devices.drives.growing import GrowingLog
-from afferents.lab.devices.drives.serial_drive import SerialDrive, list_presets
-from afferents.lab.devices.portable import PortableCamera
-from afferents.lab.devices.portaudio import PortAudioMicrophone, import_portaudio
-from afferents.lab.devices.v4l2 import Mode, Node, V4l2Camera
-from afferents.plugins import how_to_install
+from afferents.lab.devices.drives import dynamixel, growing, serial_drive
 
 Made = TypeVar("Made", bound=Device)
 
-CAMERAS: dict[str, type[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
-MICROPHONES: dict[str, type[Microphone]] = {"portaudio": PortAudioMicrophone}
+CAMERAS: dict[str, type[Camera]] = {"v4l2": v4l2.V4l2Camera, "portable": portable.PortableCamera}
+MICROPHONES: dict[str, type[Microphone]] = {"portaudio": portaudio.PortAudioMicrophone}
 DRIVES: dict[str, type[Drive]] = {
-    "serial": SerialDrive,
-    "dynamixel": DynamixelDrive,
-    "csv": GrowingLog,
+    "serial": serial_drive.SerialDrive,
+    "dynamixel": dynamixel.DynamixelDrive,
+    "csv": growing.GrowingLog,
     "none": ByHand,
 }
 
@@ -80,7 +75,7 @@ def make_device(kinds: Mapping[str, type[Made]], table: Mapping[str, Any], where
         found = "none" if kind is None else repr(kind)
         raise InputError(f"{where}: expected kind = one of {', '.join(kinds)}, found {found}")
     made: Any = kinds[str(kind)]
-    device: Made = made(as_form(table, made.Options, where, f"options of {kind}"))
+    device: Made = made(documents.as_form(table, made.Options, where, f"options of {kind}"))
     return device
 
 
@@ -97,7 +92,7 @@ class FoundCamera:
 
     device: str
     name: str
-    modes: tuple[Mode, ...]
+    modes: tuple[v4l2.Mode, ...]
     lasting: str | None = None
 
 
@@ -144,13 +139,13 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
     folder
         Where the system keeps its cameras.
     """
-    drives = [*(f"serial ({name})" for name in list_presets()), "dynamixel", "none"]
+    drives = [*(f"serial ({name})" for name in serial_drive.list_presets()), "dynamixel", "none"]
     found = Found(drives=drives)
     if sys.platform == "linux":
         lasting = {link.resolve(): str(link) for link in (folder / "v4l" / "by-id").glob("*")}
         for path in sorted(folder.glob("video*"), key=lambda path: (len(path.name), path)):
             try:
-                with closing(Node(str(path))) as node:
+                with closing(v4l2.Node(str(path))) as node:
                     camera = str(path), node.name, tuple(node.modes()), lasting.get(path.resolve())
                     found.cameras.append(FoundCamera(*camera))
             except AfferentsError as error:
@@ -162,7 +157,7 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
             FoundMicrophone(
                 str(number), one["name"], one["max_input_channels"], one["default_samplerate"]
             )
-            for number, one in enumerate(import_portaudio().query_devices())
+            for number, one in enumerate(portaudio.import_portaudio().query_devices())
             if one["max_input_channels"]
         ]
     except InputError as error:
@@ -171,5 +166,5 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
         ports: Any = import_module("serial.tools.list_ports").comports()
         found.ports += [FoundPort(one.device, one.description) for one in sorted(ports)]
     except ImportError:
-        found.notes.append(f"serial ports: to see them, {how_to_install('lab')}")
+        found.notes.append(f"serial ports: to see them, {plugins.how_to_install('lab')}")
     return found

@@ -41,9 +41,18 @@ def set_rest_on_request(
                 set_rest()
 
     def take_lines() -> None:
+        known = f"'{LINE}'" if lessons is None else f"'{LINE}', 'learn NAME' or 'learn'"
         for line in map(str.strip, sys.stdin):
+            lesson = _LESSON.fullmatch(line)
             try:
-                _follow_line(line, set_rest, lessons)
+                if line == LINE:
+                    set_rest()
+                elif lesson is None or lessons is None:
+                    raise InputError(f"expected a line {known}, found '{line}'")
+                elif lesson["name"]:
+                    lessons.start(lesson["name"], lesson["speed"] or "")
+                else:
+                    lessons.stop()
             except InputError as error:
                 sys.stderr.write(f"--control: {error}\n")
 
@@ -62,17 +71,3 @@ def set_rest_on_request(
             take = take_lines if lines else take_keys
             threading.Thread(target=take, name="afferents-control", daemon=True).start()
         yield
-
-
-def _follow_line(line: str, set_rest: Callable[[], object], lessons: "Lessons | None") -> None:
-    """Do what a line requests, or refuse it."""
-    lesson = _LESSON.fullmatch(line)
-    if line == LINE:
-        set_rest()
-    elif lesson is None or lessons is None:
-        known = f"'{LINE}'" if lessons is None else f"'{LINE}', 'learn NAME' or 'learn'"
-        raise InputError(f"expected a line {known}, found '{line}'")
-    elif lesson["name"]:
-        lessons.start(lesson["name"], lesson["speed"] or "")
-    else:
-        lessons.stop()

@@ -11,11 +11,9 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.lab.live import events
+from afferents.lab.live import events, sensors, streams
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.sensors import DeviceSource
 from afferents.lab.live.sources import find_sensor, open_sources
-from afferents.lab.live.streams import JUMP_S, LATE_S
 from afferents.lab.live.touch import NO_SOUND, NO_TIMES, Response, Touch
 from afferents.markers.sensor import Sensor, resolve_sensor
 
@@ -48,7 +46,7 @@ class Fingertip(AbstractContextManager["Fingertip", None]):
     ) -> None:
         """Wait for the first frame, with the skin at rest."""
         self._sources = sources
-        self.is_live = isinstance(sources[0], DeviceSource)
+        self.is_live = isinstance(sources[0], sensors.DeviceSource)
         rates = {source.channel: source.rate_hz for source in sources}
         self.fps_hz, self.sample_rate_hz = rates["video"], rates.get("audio")
         self._offset_s = audio_offset_s
@@ -115,7 +113,7 @@ class Fingertip(AbstractContextManager["Fingertip", None]):
         follower = self._follower
         if isinstance(event, events.CameraFrame):
             is_paced = math.isfinite(self._sources[0].speed)
-            late = is_paced and time.monotonic() - event.arrived_s > LATE_S
+            late = is_paced and time.monotonic() - event.arrived_s > streams.LATE_S
             follower.counters.late += late
             yield from follower.feed(event, late) or ()
         elif isinstance(event, events.Trouble):
@@ -138,7 +136,7 @@ class Fingertip(AbstractContextManager["Fingertip", None]):
         assert self.sample_rate_hz is not None
         begin_s, n = self._time_of(sound), len(sound.samples)
         self._follower.counters.samples += n
-        if self._sound_ends_s is not None and begin_s - self._sound_ends_s > JUMP_S:
+        if self._sound_ends_s is not None and begin_s - self._sound_ends_s > streams.JUMP_S:
             lost = round((begin_s - self._sound_ends_s) * self.sample_rate_hz)
             self._follower.counters.lost_samples += lost
         self._sound_ends_s = begin_s + n / self.sample_rate_hz

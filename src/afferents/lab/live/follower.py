@@ -10,19 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.channels import Skin
-from afferents.errors import InputError
+from afferents import channels, dims, errors
+from afferents.lab.live import prediction, touch
 from afferents.lab.live.events import CameraFrame
-from afferents.lab.live.prediction import Counters
-from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Touch
-from afferents.markers.calibrate import calibrate_from_clips
-from afferents.markers.cells import Cells
-from afferents.markers.detect import Positions, upright
+from afferents.markers import calibrate, cells, detect, track, windowed
 from afferents.markers.rest import N_FIRST, check_size, count_stale
 from afferents.markers.sensor import Sensor
-from afferents.markers.track import Tracker, start_at_rest
-from afferents.markers.windowed import Tracked
 from afferents.store.recording import Frame
 
 MISSING = 1.7
@@ -81,8 +74,8 @@ class Cadence:
 
 
 def find_rest(
-    seen: Sequence[Positions], rest: NDArray[np.floating]
-) -> tuple[Positions | None, str]:
+    seen: Sequence[detect.Positions], rest: NDArray[np.floating]
+) -> tuple[detect.Positions | None, str]:
     """Return where the skin is at rest, unless something moves in the frames that show it.
 
     Parameters
@@ -104,8 +97,8 @@ def find_rest(
     if shown.any():
         still = np.nanmedian(places[:, shown], axis=0)
         moved = np.nanmax(np.hypot(*np.moveaxis(places[:, shown] - still, 2, 0)), axis=0)
-        moved_px = float(np.quantile(moved, 1 - MOVED_SHARE))
-        if moved_px <= MOVED_PX:
+        moved_px = float(np.quantile(moved, 1 - touch.MOVED_SHARE))
+        if moved_px <= touch.MOVED_PX:
             anew = np.array(rest, np.float64)
             anew[shown] = still
             return anew, "rest was set: displacement counts from here"
@@ -148,7 +141,7 @@ class Follower:
     def __init__(self, sensor: Sensor | None, rate_hz: float, is_known: bool = False) -> None:
         """Wait for the first frame, with the skin at rest."""
         self.sensor = sensor
-        self.counters = Counters()
+        self.counters = prediction.Counters()
         self._is_given = sensor is not None and sensor.name != FOUND  # else a clip was looked at
         self._cadence = Cadence(rate_hz, is_known)
         self._again_s = math.nan
@@ -156,9 +149,9 @@ class Follower:
 
     def begin(self) -> None:
         """Take the next frame for the first of a recording, with the skin at rest."""
-        self._tracker: Tracker | Cells | None = None
-        self._before: Skin | None = None
-        self._resting: list[Positions] | None = None
+        self._tracker: track.Tracker | cells.Cells | None = None
+        self._before: channels.Skin | None = None
+        self._resting: list[detect.Positions] | None = None
         self._first: list[_Waiting] = []
         self._events: list[str] = []
         self._n, self._follows, self._last_s = 0, True, math.nan
@@ -198,7 +191,7 @@ class Follower:
 
     def feed(
         self, picture: CameraFrame, late: bool = False
-    ) -> Iterable[tuple[CameraFrame, Touch]] | None:
+    ) -> Iterable[tuple[CameraFrame, touch.Touch]] | None:
         """Take in a frame; return it with its touch; None if it is torn, or comes twice.
 
         Nothing comes before `N_FIRST` frames have shown where the skin is at rest; then all of
@@ -215,7 +208,7 @@ class Follower:
             If the first frames don't show the sensor's markers, or are of another size. It begins
             anew with the next.
         """
-        if self._resting is not None and isinstance(self._tracker, Cells):
+        if self._resting is not None and isinstance(self._tracker, cells.Cells):
             self.begin()
             self.note("rest was set: grey levels count from here")
         counted = self.counters
@@ -244,7 +237,7 @@ class Follower:
             self._first.append(_Waiting(picture._replace(frame=kept), follows, late))
         return self.finish() if len(self._first) == N_FIRST else []
 
-    def finish(self) -> Iterable[tuple[CameraFrame, Touch]]:
+    def finish(self) -> Iterable[tuple[CameraFrame, touch.Touch]]:
         """Find the markers in the first frames, even if fewer than `N_FIRST`; see `feed`."""
         if not self._first:
             return []
@@ -252,21 +245,21 @@ class Follower:
         frames = [waiting.picture.frame for waiting in first]
         try:
             if self.sensor is None:
-                self.sensor = calibrate_from_clips(_Clip(frames), FOUND).sensor
+                self.sensor = calibrate.calibrate_from_clips(_Clip(frames), FOUND).sensor
             check_size(_FIRST, frames[0].luma.shape[::-1], self.sensor)
             n_stale = count_stale([frame.image for frame in frames], self.sensor)
-            begun = start_at_rest(frames[n_stale:], _FIRST, self.sensor)
-        except InputError:
+            begun = track.start_at_rest(frames[n_stale:], _FIRST, self.sensor)
+        except errors.InputError:
             self.begin()
             if not self._is_given:  # the skin may have moved since it was found: look anew
                 self.sensor, self._again_s = None, frames[-1].time_s + AGAIN_S
             raise
         tracker = self._tracker = begun.tracker
         self._grid = begun.grid
-        self._rest = upright(tracker.rest_position, self.sensor)
+        self._rest = detect.upright(tracker.rest_position, self.sensor)
         rest_frame, *later = first[n_stale:]
 
-        def follow() -> Iterator[tuple[CameraFrame, Touch]]:
+        def follow() -> Iterator[tuple[CameraFrame, touch.Touch]]:
             at_rest = rest_frame._replace(follows=False)
             yield at_rest.picture, self._make_touch(*at_rest, begun.first)
             for waiting in later:
@@ -275,10 +268,12 @@ class Follower:
 
         return follow()
 
-    def _make_touch(self, picture: CameraFrame, follows: bool, late: bool, seen: Tracked) -> Touch:
+    def _make_touch(
+        self, picture: CameraFrame, follows: bool, late: bool, seen: windowed.Tracked
+    ) -> touch.Touch:
         """Return what a frame shows, given whether the touch before is of the frame just before."""
         assert self.sensor is not None
-        now = Skin(upright(seen.position, self.sensor), self._rest, grey=seen.grey)
+        now = channels.Skin(detect.upright(seen.position, self.sensor), self._rest, grey=seen.grey)
         before, step_s = self._before if follows else None, picture.time_s - self._last_s
         self._before, self._last_s = now, picture.time_s
         resting = self._resting  # which another thread may replace
@@ -289,10 +284,10 @@ class Follower:
                 self._events.append(what)
                 if rest is not None:
                     self._rest, before = rest, None
-                    self._before = now = Skin(now.position, rest)
+                    self._before = now = channels.Skin(now.position, rest)
         events, self._events = tuple(self._events), []
-        counters = Counters(**vars(self.counters))
-        return Touch(
+        counters = prediction.Counters(**vars(self.counters))
+        return touch.Touch(
             picture.time_s, seen.position, now, before, step_s, self._grid, late, counters, events
         )
 

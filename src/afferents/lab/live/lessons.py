@@ -15,14 +15,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from afferents import dims
-from afferents.documents import read_json
+from afferents import dims, documents, files
 from afferents.encodings.samples import Samples, concatenate, make_samples
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import encode, find_sources
 from afferents.extraction.extract import responses_of
-from afferents.files import PARTIAL_PREFIX, holds_only, naming, remove, write_json, write_text
 from afferents.lab.devices.base import FULL_SCALE, CameraSettings
 from afferents.lab.live import events, follower, network, reporters, touch
 from afferents.lab.writers import SoundWriter, VideoWriter
@@ -203,21 +201,21 @@ class Lessons:
         self._folder, self._fps_hz, self._sample_rate_hz = folder, fps_hz, sample_rate_hz
         self._content: dict[str, Any] = {"made_by": _MADE_BY, "simulated": simulated}
         self._content |= {"sensor": SENSOR, "rest_frame": 0, "recordings": []}
-        self._partial = folder / f"{PARTIAL_PREFIX}lesson"
+        self._partial = folder / f"{files.PARTIAL_PREFIX}lesson"
         self._samples: list[Samples] = []
         self._requested: tuple[str, float | None] | None = None
         self._lesson: _Lesson | None = None
         self._at_rest, self._rest = deque[GreyImage](maxlen=N_FIRST), object()
         self._ending, self._last = False, ""
         self.reporter: reporters.ModelReporter | None = None
-        if folder.exists() and not holds_only()(folder):
+        if folder.exists() and not files.holds_only()(folder):
             self._read(sensor)
         self._solve()
 
     def _read(self, sensor: Sensor | None) -> None:
         """Read lessons that were taught before, as `extract` and `evaluate` do."""
         wanted, where = "a folder of lessons, or a new one", f"--learn {self._folder}"
-        self._content = read_json(self._folder / session_file.SESSION_FILE, wanted)
+        self._content = documents.read_json(self._folder / session_file.SESSION_FILE, wanted)
         if self._content.get("made_by") != _MADE_BY:
             raise InputError(f"{where}: expected {wanted}, found another session")
         own = load_sensor(self._folder / SENSOR).model_copy(update={"rest_frame": 0})
@@ -333,7 +331,7 @@ class Lessons:
                     raise InputError(
                         "expected frames at rest before it, found none; let go, and try again"
                     )
-                remove(self._partial)
+                files.remove(self._partial)
                 self._partial.mkdir(parents=True)
                 rates = self._fps_hz, self._sample_rate_hz
                 self._lesson = _Lesson(self._partial, self._at_rest, picture.time_s, *rates)
@@ -380,9 +378,9 @@ class Lessons:
         entry |= {"audio": (place / layouts.AUDIO).as_posix()} if self._sample_rate_hz else {}
         entry |= {} if speed_mm_s is None else {"speed_mm_s": speed_mm_s}
         if not (self._folder / SENSOR).exists():
-            write_text(self._folder / SENSOR, sensor_toml(self._sensor))
+            files.write_text(self._folder / SENSOR, sensor_toml(self._sensor))
         content = self._content | {"recordings": [*listed, entry]}
-        write_json(self._folder / session_file.SESSION_FILE, content)
+        files.write_json(self._folder / session_file.SESSION_FILE, content)
         self._content = content
         labels = {dims.TEXTURE: name, "name": str(place), dims.SPEED: speed_mm_s or math.nan}
         of_sample, times = SOURCE.encoding.sample_dims, (np.array(first), np.array(last))
@@ -395,11 +393,11 @@ class Lessons:
     def _forgetting_faults(self) -> Iterator[None]:
         """Let a lesson that can't be recorded or learnt from be none, and report why."""
         try:
-            with naming(self._partial):
+            with files.naming(self._partial):
                 yield
         except (InputError, OSError) as error:
             name = self._requested[0] if self._requested else ""
-            remove(self._partial)
+            files.remove(self._partial)
             self._stand_by(f"'{name}' was not learnt: {error}")
 
     def _stand_by(self, what: str) -> None:

@@ -6,13 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.channels import find_channel
-from afferents.encodings.base import ImageStream
+from afferents import channels, plugins
+from afferents.encodings import base, settings
 from afferents.encodings.images import ImageEncoding
-from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError, reading, then
 from afferents.models.card import METADATA, Card, parse_card, tensor_names
-from afferents.plugins import import_extra
 
 
 class Outcome(NamedTuple):
@@ -59,7 +57,7 @@ class Network:
     def __init__(self, path: Path) -> None:
         """Read the file and its card."""
         self.path = path
-        onnxruntime: Any = import_extra("lab", str(path), "onnxruntime")
+        onnxruntime: Any = plugins.import_extra("lab", str(path), "onnxruntime")
         if not path.is_file():
             there = "a folder" if path.is_dir() else "no such file"
             hint = "run 'afferents export' on it first" if path.is_dir() else ""
@@ -79,9 +77,9 @@ class Network:
             )
         self.card: Card = parse_card(text, path)
         self._match_card()
-        self.channel = find_channel(self.card.channel)
-        self.encoding = read_encoding(self.card.encoding, path)
-        self._stream: ImageStream | None = None
+        self.channel = channels.find_channel(self.card.channel)
+        self.encoding = settings.read_encoding(self.card.encoding, path)
+        self._stream: base.ImageStream | None = None
         if isinstance(self.encoding, ImageEncoding) and not self._stepping:  # else the file does
             self._stream = self.encoding.stream(self.channel.lookback)
         self.of_pixels = isinstance(self.encoding, ImageEncoding) and self.encoding.of_pixels

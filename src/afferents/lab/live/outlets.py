@@ -7,14 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from afferents.errors import InputError
+from afferents import errors, plugins
 from afferents.lab.live import events, network, replay, terminal
 from afferents.lab.live.control import set_rest_on_request
 from afferents.lab.live.pipeline import LivePipeline, check_sources, run
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.sources import find_sensor, open_sources
 from afferents.markers.sensor import load_sensor
-from afferents.plugins import import_extra
 
 SHORT = (
     "--video, --audio: expected recordings that are long enough for a prediction, found an end "
@@ -43,7 +42,7 @@ def publish(
     InputError
         If pylsl or the LSL library is missing.
     """
-    pylsl = import_extra("lsl", "--lsl", "pylsl")
+    pylsl = plugins.import_extra("lsl", "--lsl", "pylsl")
     numbers: dict[str, Any] = {}
     given: dict[str, list[str]] = {}
 
@@ -186,4 +185,4 @@ def give_out(
         else:
             terminal.show(give(), pipeline)
         if web is None and not is_fresh:
-            raise InputError(trouble)
+            raise errors.InputError(trouble)

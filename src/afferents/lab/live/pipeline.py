@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Self
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.lab.live import events
+from afferents.lab.live import events, raster
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Prediction
-from afferents.lab.live.raster import MarkerRaster, Trains, VibrationRaster, compile_units
 from afferents.lab.live.reporters import Reporter
 from afferents.lab.live.streams import SILENT_S, AudioStream, SensorStream, VideoStream
 from afferents.markers.sensor import Sensor
@@ -169,13 +168,13 @@ class LivePipeline:
 
     def show_spikes(self) -> None:
         """From now on simulate units that the responses drive, for `trains`."""
-        compile_units()
+        raster.compile_units()
         if self.video is not None:
-            self.video.raster = MarkerRaster()
+            self.video.raster = raster.MarkerRaster()
         if self.audio is not None:
-            self.audio.raster = VibrationRaster(self.audio.rate_hz)
+            self.audio.raster = raster.VibrationRaster(self.audio.rate_hz)
 
-    def trains(self) -> list[Trains]:
+    def trains(self) -> list[raster.Trains]:
         """Return which units fired in the last second, a class after the other."""
         return [train for one in self.by_channel.values() for train in one.raster.trains()]
 

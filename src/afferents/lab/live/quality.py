@@ -14,8 +14,7 @@ from afferents.lab.live.events import CameraFrame, Sound
 from afferents.lab.live.touch import MOVED_PX, MOVED_SHARE, Filled
 from afferents.markers.detect import spacing_px, without_shine
 from afferents.markers.sensor import Sensor
-from afferents.quality.frames import mean_motion, sample_pixels
-from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
+from afferents.quality import frames, image
 from afferents.quality.repeats import MANY_REPEATED, find_repeated
 from afferents.quality.sound import measure_level
 
@@ -134,12 +133,12 @@ class VideoQuality(Quality):
         self._change: deque[float] = deque(maxlen=REPEATS)
         self._off: deque[tuple[float, float]] = deque()  # s; px from rest, of nearly all markers
         self._sample: NDArray[np.uint8] | None = None
-        self._light: ImageQuality | None = None
+        self._light: image.ImageQuality | None = None
 
     def add(self, picture: CameraFrame, found: Filled | None, sensor: Sensor | None) -> None:
         """Take in a frame and what was found in it, of which sensor; None before the rest frame."""
-        before, self._sample = self._sample, sample_pixels(picture.frame.luma)
-        if not math.isnan(change := mean_motion(self._sample, before)):
+        before, self._sample = self._sample, frames.sample_pixels(picture.frame.luma)
+        if not math.isnan(change := frames.mean_motion(self._sample, before)):
             self._change.append(change)
         self._seen.append((picture.time_s, None if found is None else found.touch.detected))
         while self._seen[0][0] < picture.time_s - SPAN_S:
@@ -158,7 +157,7 @@ class VideoQuality(Quality):
                 plain = picture.frame.image
                 if sensor is not None:
                     plain = without_shine(plain, sensor.looks)
-                self._light = measure_image_quality(plain, at, spacing_px(at))
+                self._light = image.measure_image_quality(plain, at, spacing_px(at))
             self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 
     def _measure(self) -> dict[str, float]:
@@ -205,7 +204,7 @@ class VideoQuality(Quality):
             again = "Frames seem to repeat the one before: RA-I is near 0 there, and too large in "
             add("repeated frames", f"{share:.0%}", f"{again}the next.", share > MANY_REPEATED)
         if light is not None:
-            issues = find_light_issues(light)
+            issues = image.find_light_issues(light)
             grey = f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}"
             add("grey levels", grey, issues.get("faint", ""))
             add("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", ""))

@@ -14,11 +14,9 @@ import numpy as np
 
 from afferents.lab.live.events import Begin, Channel, Event, Source
 from afferents.lab.live.replay import Pace, ReplayedSound, ReplayedVideo
-from afferents.recordings.audio import WavFile
-from afferents.recordings.video import open_video
+from afferents.recordings import audio, video
+from afferents.rig import drums, microphone
 from afferents.rig.config import Rig
-from afferents.rig.drums import texture_name
-from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.record import AUDIO, VIDEO, record
 from afferents.rig.surface import bumped_surface
 from afferents.stopping import stop_later
@@ -55,7 +53,7 @@ class RigShow:
         rig: Rig | None = None,
     ) -> None:
         """Prepare a process that records."""
-        self._texture = None if texture is None else texture_name(texture, {})
+        self._texture = None if texture is None else drums.texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
         self._rig = (rig or Rig()).printed(seed)
@@ -155,14 +153,14 @@ class RigVideo(_RigSource):
     rate_hz = Rig().camera.fps_hz
 
     def _play(self, folder: Path, begin_s: float) -> Source:
-        return ReplayedVideo(open_video(folder / VIDEO), self._show.pace, begin_s)
+        return ReplayedVideo(video.open_video(folder / VIDEO), self._show.pace, begin_s)
 
 
 class RigSound(_RigSource):
     """The rig's microphone."""
 
     channel: Channel = "audio"
-    rate_hz = float(SAMPLE_RATE_HZ)
+    rate_hz = float(microphone.SAMPLE_RATE_HZ)
 
     def _play(self, folder: Path, begin_s: float) -> Source:
-        return ReplayedSound(WavFile(folder / AUDIO), self._show.pace, begin_s)
+        return ReplayedSound(audio.WavFile(folder / AUDIO), self._show.pace, begin_s)

@@ -16,16 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import to_json
 
-from afferents import dims
+from afferents import choices, dims, plugins, stopping
 from afferents.channels import PARTS
-from afferents.choices import words_in
 from afferents.errors import InputError, reason_of
 from afferents.files import free_bytes, require_free
 from afferents.lab.live.fingertip import Fingertip
 from afferents.lab.live.touch import Touch
-from afferents.plugins import import_extra
-from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Message, Messages, typestore
-from afferents.stopping import stop_later
+from afferents.recordings.ros_messages import NS, POSITIONS, TEXT, Bag, Messages, typestore
 from afferents.version import __version__
 
 UNITS = {
@@ -75,7 +72,7 @@ def parse_signals(text: str | Sequence[str], has_sound: bool) -> list[str]:
     InputError
         If there is none of that name, or vibration is among them without a source of sound.
     """
-    names = list(dict.fromkeys(words_in(text)))
+    names = list(dict.fromkeys(choices.words_in(text)))
     unknown = [name for name in names if name not in UNITS]
     if unknown or not names:
         found = f"'{unknown[0]}'" if unknown else "none"
@@ -122,7 +119,7 @@ def give_signals(
                 status[dims.REST_POSITION] = round_values(touch.now.rest)
             dropped = touch.quality.dropped
             sys.stderr.writelines(f"{touch.time_s:.2f} s: {event}\n" for event in touch.events)
-            with stop_later():
+            with stopping.stop_later():
                 for place in places[len(writers) :]:
                     writers.append(place(_make_header(fingertip, touch, names, name), touch))
                     opened.callback(writers[-1].close)
@@ -194,7 +191,7 @@ def prepare_places(given: Sequence[str], read: Iterable[str | None]) -> list[Pla
         if place == STDOUT:
             places.append(partial(JsonLines, None))
         elif place == LSL:
-            import_extra("lsl", "--to lsl", "pylsl")
+            plugins.import_extra("lsl", "--to lsl", "pylsl")
             places.append(LslStreams)
         elif kind == MCAP and name:
             typestore()
@@ -268,7 +265,7 @@ class LslStreams:
 
     def __init__(self, header: Content, first: Touch) -> None:
         """Announce the streams."""
-        pylsl = import_extra("lsl", "--to lsl", "pylsl")
+        pylsl = plugins.import_extra("lsl", "--to lsl", "pylsl")
         is_live = header["unix_ahead_s"] is not None
         self._ahead_s = pylsl.local_clock() - time.monotonic() if is_live else None
         rest = header[dims.REST_POSITION]
@@ -346,7 +343,7 @@ class McapFile:
                     at_s = touch.ra2_time_s[0] if name == dims.RA2 else touch.time_s
                     topic = POSITIONS if name == dims.POSITION else f"/touch/{name}"
                     numbers = self._make.numbers(values, _DIMS.get(name, (dims.MARKER,)))
-                    self._put(at_s, topic, numbers)
+                    self._bag.put(round((at_s + self._ahead_s) * NS), topic, *numbers)
 
     def close(self) -> None:
         """Write the index, and give the file its name."""
@@ -359,12 +356,10 @@ class McapFile:
             file.rename(self._path)
             shutil.rmtree(_unfinished(self._path))
 
-    def _put(self, at_s: float, topic: str, message: Message) -> None:
-        self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
-
     def _put_text(self, at_s: float, topic: str, content: Content) -> None:
         text = to_json(content, inf_nan_mode="null").decode()
-        self._put(at_s, topic, self._make.make(TEXT, data=text))
+        message = self._make.make(TEXT, data=text)
+        self._bag.put(round((at_s + self._ahead_s) * NS), topic, *message)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -10,17 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.documents import as_form
-from afferents.encodings.base import Ready, VibrationEncoding, VibrationStream
-from afferents.encodings.spectra import SpectralEncoding
+from afferents.encodings import base, spectra
 from afferents.errors import InputError
 from afferents.lab.devices.clock import HostClock
-from afferents.lab.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
-from afferents.lab.live.follower import MISSING, Follower
+from afferents.lab.live import events, follower, raster, reporters
 from afferents.lab.live.network import Network
 from afferents.lab.live.prediction import Counters, Prediction, State
 from afferents.lab.live.quality import AudioQuality, Quality, VideoQuality
-from afferents.lab.live.raster import Raster
-from afferents.lab.live.reporters import ModelReporter, Reporter
 from afferents.lab.live.touch import SHOWN, Filled, Filling, Touch, require_places
 from afferents.markers.sensor import Sensor
 
@@ -37,7 +33,7 @@ START_S = 3.0
 """A source may take this time for its first event: cameras start slowly, and so does the rig."""
 _FORGET = 0.001
 """The quickest arrival seen grows by this share of the time since then, as clocks drift."""
-NAMES: dict[Channel, str] = {"video": "camera", "audio": "microphone"}
+NAMES: dict[events.Channel, str] = {"video": "camera", "audio": "microphone"}
 """Names in predictions where there is no model."""
 SLOW = 1.12
 """Frames in a row that are farther apart than this, on average, make RA-I too large."""
@@ -70,7 +66,7 @@ class SensorStream(ABC):
     """
 
     def __init__(
-        self, channel: Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
+        self, channel: events.Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
     ) -> None:
         """Begin with nothing."""
         self.channel = channel
@@ -78,11 +74,11 @@ class SensorStream(ABC):
         self.every_s = 1 / rate_hz
         self.counters = Counters()
         self.quality = quality
-        models = [ModelReporter(network, self.counters, quality) for network in networks]
-        without = Reporter(NAMES[channel], self.counters, quality)
-        self.reporters: Sequence[Reporter] = models or [without]
+        models = [reporters.ModelReporter(network, self.counters, quality) for network in networks]
+        without = reporters.Reporter(NAMES[channel], self.counters, quality)
+        self.reporters: Sequence[reporters.Reporter] = models or [without]
         self.now_s = 0.0
-        self.raster = Raster()
+        self.raster = raster.Raster()
         self.lessons: Lessons | None = None
         self._clock = HostClock(_FORGET)
         self.start(1.0)
@@ -94,7 +90,7 @@ class SensorStream(ABC):
         self._named_s = -math.inf  # with what the silence began that was reported last
 
     @abstractmethod
-    def feed(self, event: Event) -> Iterator[Prediction]:
+    def feed(self, event: events.Event) -> Iterator[Prediction]:
         """Take in an event; yield what is predicted, and only then measure how good it all is.
 
         A caller that stops early leaves the latter out.
@@ -104,7 +100,7 @@ class SensorStream(ABC):
     def skip(self) -> None:
         """Begin anew: what comes next does not follow what came before."""
 
-    def begin(self, event: Begin) -> None:
+    def begin(self, event: events.Begin) -> None:
         """Forget all but the counters: another recording begins."""
         self.now_s = event.time_s
         self.put_clock_back()
@@ -122,7 +118,7 @@ class SensorStream(ABC):
         self._clock = HostClock(_FORGET)
         self.quality.begin()
 
-    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Prediction]:
+    def interrupt(self, trouble: events.Trouble, state: State = "stalled") -> list[Prediction]:
         """Report what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
@@ -156,7 +152,7 @@ class SensorStream(ABC):
         self._named_s = since_s
         what = f"{self.channel}: nothing for {silent_s:.1f} s"
         self.quality.begin()
-        return self.interrupt(Trouble(self.channel, self.now_s, what))
+        return self.interrupt(events.Trouble(self.channel, self.now_s, what))
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Return whether what was taken at `time_s` came too late to show the present; count it."""
@@ -203,9 +199,9 @@ class VideoStream(SensorStream):
         if sensor is not None:
             require_places(sensor)
         super().__init__("video", rate_hz, networks, VideoQuality(rate_hz))
-        self.follower = Follower(sensor, rate_hz, is_known=bool(networks))
+        self.follower = follower.Follower(sensor, rate_hz, is_known=bool(networks))
         self.follower.counters = self.counters
-        self.picture: CameraFrame | None = None
+        self.picture: events.CameraFrame | None = None
         self.newest: Filled | None = None
         self._channels = {network.channel for network in networks}
         self._more = [channel for channel in SHOWN if channel not in self._channels]
@@ -234,11 +230,11 @@ class VideoStream(SensorStream):
         """Let textures be taught from now on, and report what is recognised of them."""
         self.lessons = lessons
         self._channels.add(lessons.network.channel)
-        lessons.reporter = ModelReporter(lessons.network, self.counters, self.quality)
-        models = [one for one in self.reporters if isinstance(one, ModelReporter)]
+        lessons.reporter = reporters.ModelReporter(lessons.network, self.counters, self.quality)
+        models = [one for one in self.reporters if isinstance(one, reporters.ModelReporter)]
         self.reporters = [*models, lessons.reporter]
 
-    def begin(self, event: Begin) -> None:
+    def begin(self, event: events.Begin) -> None:
         """Wait for the rest frame of another recording."""
         if self.lessons is not None:
             self.lessons.end()
@@ -251,17 +247,17 @@ class VideoStream(SensorStream):
         """Begin anew: frames are missing before the next one, whose touch shows that to all."""
         self.follower.skip()
 
-    def feed(self, event: Event) -> Iterator[Prediction]:
+    def feed(self, event: events.Event) -> Iterator[Prediction]:
         """Take in a frame; see `SensorStream.feed`."""
-        assert isinstance(event, CameraFrame)
-        if event.time_s < self.now_s - (1 + MISSING) / self.rate_hz:
+        assert isinstance(event, events.CameraFrame)
+        if event.time_s < self.now_s - (1 + follower.MISSING) / self.rate_hz:
             self.put_clock_back()
         self.now_s = event.time_s + 1 / self.rate_hz
         late = self.is_late(event.time_s, event.arrived_s)
         try:
             touches = self.follower.feed(event, late)
         except InputError as error:
-            yield from self.interrupt(Trouble("video", event.time_s, str(error)), "waiting")
+            yield from self.interrupt(events.Trouble("video", event.time_s, str(error)), "waiting")
             touches = []
         if touches is None:
             return
@@ -276,7 +272,7 @@ class VideoStream(SensorStream):
         try:
             touches = self.follower.finish()
         except InputError as error:
-            yield from self.interrupt(Trouble("video", self.now_s, str(error)), "waiting")
+            yield from self.interrupt(events.Trouble("video", self.now_s, str(error)), "waiting")
             return
         for picture, touch in touches:
             yield from self._report(picture, touch)
@@ -284,7 +280,7 @@ class VideoStream(SensorStream):
             self.lessons.end()
             yield from self.report_nothing("waiting")  # with what was learnt
 
-    def _report(self, picture: CameraFrame, touch: Touch) -> Iterator[Prediction]:
+    def _report(self, picture: events.CameraFrame, touch: Touch) -> Iterator[Prediction]:
         """Yield what is predicted by a frame, and only then prepare what is drawn."""
         if touch.before is not None:
             self._step += (touch.step_s * self.rate_hz - self._step) / self.rate_hz
@@ -330,7 +326,7 @@ class AudioStream(SensorStream):
 
     def __init__(
         self,
-        encoding: VibrationEncoding,
+        encoding: base.VibrationEncoding,
         rate_hz: float,
         n_channels: int = 1,
         offset_s: float = 0.0,
@@ -342,8 +338,8 @@ class AudioStream(SensorStream):
         self.every_s = float(getattr(encoding, "stride_s", 1.0))
         self.n_channels = n_channels
         self.offset_s = offset_s
-        self.newest: Ready | None = None
-        self._samples: VibrationStream = encoding.stream(rate_hz, n_channels)
+        self.newest: base.Ready | None = None
+        self._samples: base.VibrationStream = encoding.stream(rate_hz, n_channels)
         self._next_s: float | None = None
 
     @classmethod
@@ -357,11 +353,11 @@ class AudioStream(SensorStream):
         """
         first, card = networks[0], networks[0].card
         require_alike(networks, ("sample_rate_hz", "encoding", "shape"), "sample rate and spectra")
-        assert isinstance(first.encoding, VibrationEncoding)  # as `of_vibration` states
+        assert isinstance(first.encoding, base.VibrationEncoding)  # as `of_vibration` states
         assert card.sample_rate_hz is not None
         return cls(first.encoding, card.sample_rate_hz, card.shape[0], offset_s, networks)
 
-    def begin(self, event: Begin) -> None:
+    def begin(self, event: events.Begin) -> None:
         """Wait for the first window of another recording."""
         self._samples.skip()
         self.newest = self._next_s = None
@@ -372,9 +368,9 @@ class AudioStream(SensorStream):
         self._samples.skip()
         self.raster.skip()
 
-    def feed(self, event: Event) -> Iterator[Prediction]:
+    def feed(self, event: events.Event) -> Iterator[Prediction]:
         """Take in some samples; see `SensorStream.feed`."""
-        assert isinstance(event, Sound)
+        assert isinstance(event, events.Sound)
         time_s, samples = event.time_s - self.offset_s, event.samples
         self.counters.samples += len(samples)
         if self._next_s is not None and abs(gap_s := time_s - self._next_s) > JUMP_S:
@@ -408,7 +404,7 @@ class AudioStream(SensorStream):
         None before there is one, or where samples are no spectra.
         """
         encoding, newest = self.encoding, self.newest
-        if newest is None or not isinstance(encoding, SpectralEncoding):
+        if newest is None or not isinstance(encoding, spectra.SpectralEncoding):
             return None
         points = encoding.fft_points or encoding.window_s * self.rate_hz
         return newest.values.mean(axis=0), self.rate_hz / points

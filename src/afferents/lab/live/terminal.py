@@ -14,10 +14,9 @@ from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
+from afferents.lab.live import reporters, streams
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest, Prediction
-from afferents.lab.live.reporters import ModelReporter
-from afferents.lab.live.streams import AudioStream, VideoStream
 from afferents.lab.live.touch import Pixels, colour_image
 
 EVERY_S = 0.1
@@ -75,7 +74,7 @@ class Screen(Newest):
         most_sure = {
             reporter.name: reporter.card.most_sure
             for _, reporter in self._pipeline.reporters
-            if isinstance(reporter, ModelReporter) and reporter.textures
+            if isinstance(reporter, reporters.ModelReporter) and reporter.textures
         }
         if most_sure:
             known = [p for p in latest if p.model in most_sure]
@@ -133,7 +132,7 @@ def _draw_bars(prediction: Prediction, most_sure: float) -> RenderableType:
     return Group(table, Text(describe_faults(prediction), style="dim"))
 
 
-def _draw_views(video: VideoStream, console: Console) -> RenderableType:
+def _draw_views(video: streams.VideoStream, console: Console) -> RenderableType:
     """Return camera, SA-I and RA-I side by side, as large as fits."""
     views = Table(box=None, show_header=True, header_style="dim", padding=(0, 2, 0, 0))
     cells: list[RenderableType] = []
@@ -157,7 +156,7 @@ def _draw_views(video: VideoStream, console: Console) -> RenderableType:
     return views
 
 
-def _shrink_picture(video: VideoStream, columns: int, lines: int) -> Pixels:
+def _shrink_picture(video: streams.VideoStream, columns: int, lines: int) -> Pixels:
     """Return where the camera sees markers, small, with those found on it: (line, column, 3)."""
     assert video.picture is not None
     grey = video.picture.frame.image
@@ -195,7 +194,7 @@ def _make_style(above: tuple[int, int, int], below: tuple[int, int, int]) -> Sty
     return Style(color=Color.from_rgb(*above), bgcolor=Color.from_rgb(*below))
 
 
-def _draw_spectrum(audio: AudioStream, width: int) -> RenderableType:
+def _draw_spectrum(audio: streams.AudioStream, width: int) -> RenderableType:
     """Return the newest spectrum as a row of bars."""
     spectrum = audio.spectrum()
     if spectrum is None:

@@ -7,10 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents import dims
+from afferents import dims, filling
 from afferents.channels import CHANNELS, NO_DISPLACEMENT, Channel, Skin
 from afferents.errors import InputError
-from afferents.filling import Filler
 from afferents.lab.live.prediction import Counters
 from afferents.markers.detect import Positions
 from afferents.markers.grid import Grid
@@ -185,7 +184,7 @@ class Filling:
 
     def __init__(self) -> None:
         """Nothing came before."""
-        self._fillers: dict[str, Filler] = {}
+        self._fillers: dict[str, filling.Filler] = {}
 
     def feed(self, touch: Touch, channels: Iterable[Channel]) -> dict[str, Response]:
         """Return responses of some channels, (component, marker) without NaN, filled as offline.
@@ -202,7 +201,7 @@ class Filling:
                 if not channel.parts:
                     assert touch.grid is not None  # as `require_places` has checked
                     places = np.stack([touch.grid.row, touch.grid.column], axis=1)
-                self._fillers[channel.name] = Filler(places)
+                self._fillers[channel.name] = filling.Filler(places)
             stored = np.asarray(response, np.float32)[np.newaxis]
             filled[channel.name] = np.atleast_2d(self._fillers[channel.name].feed(stored)[0].T)
         return filled

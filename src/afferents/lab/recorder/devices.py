@@ -11,7 +11,6 @@ from typing import Any
 
 from afferents.errors import AfferentsError, InputError
 from afferents.lab.devices import base
-from afferents.lab.devices.base import DeviceError, MicrophoneSettings
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.plan import RecordingPlan
 
@@ -57,7 +56,7 @@ class Devices:
     clock: Clock
 
     @property
-    def sound(self) -> MicrophoneSettings | None:
+    def sound(self) -> base.MicrophoneSettings | None:
         """How the microphone is set; None without one."""
         return self.microphone.settings if self.microphone else None
 
@@ -83,12 +82,12 @@ class Devices:
             try:
                 for thing in things():
                     if not math.isfinite(thing.time_s):
-                        raise DeviceError(f"the {name} gave {thing.time_s:g} s for a time")
+                        raise base.DeviceError(f"the {name} gave {thing.time_s:g} s for a time")
                     take(thing)
                 if not ended.is_set():
-                    raise DeviceError(f"the {name} gave no more")
+                    raise base.DeviceError(f"the {name} gave no more")
             except Exception as error:  # noqa: BLE001  for the reader of the devices
-                if not (ended.is_set() and isinstance(error, DeviceError)):
+                if not (ended.is_set() and isinstance(error, base.DeviceError)):
                     fail(error)
 
         streams: list[tuple[Any, ...]] = [("camera", self.camera.frames, take_frame)]

@@ -23,10 +23,9 @@ from afferents.lab.recorder.plan import RecordingPlan, Tolerance
 from afferents.markers.detect import detect
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
-from afferents.recordings.layouts import AUDIO, VIDEO
+from afferents.recordings import layouts, video
 from afferents.recordings.run_log import Log
 from afferents.recordings.sound_clock import LIMIT_FRAMES, SURE, sound_clock
-from afferents.recordings.video import VideoFile
 from afferents.store.recording import make_grey
 
 LATE = 1.5
@@ -152,7 +151,7 @@ def check_run(
     checks.append(check_markers(log, camera, sensor, plan))
     name, do = "file", "look at the disk"
     try:  # without decoding
-        with av.open(f"file:{folder / VIDEO}") as container:
+        with av.open(f"file:{folder / layouts.VIDEO}") as container:
             n = sum(packet.size > 0 for packet in container.demux(video=0))
     except av.FFmpegError as error:
         return [*checks, Check(name, False, reason_of(error), do)]
@@ -284,7 +283,7 @@ def measure_taps(
     time_s, position = [], []
     tracker: Tracker | None = None
     try:
-        for number, frame in enumerate(VideoFile(folder / VIDEO).frames()):
+        for number, frame in enumerate(video.VideoFile(folder / layouts.VIDEO).frames()):
             if frame.time_s >= plan.start_s:
                 break
             if number < sensor.rest_frame:
@@ -294,7 +293,7 @@ def measure_taps(
             position.append(tracker.step(frame.luma)[0])
         if not position:
             raise InputError(f"{folder}: expected frames before the drum starts, found none")
-        with soundfile.SoundFile(folder / AUDIO) as sound:
+        with soundfile.SoundFile(folder / layouts.AUDIO) as sound:
             n, rate_hz = round(plan.start_s * sound.samplerate), sound.samplerate
             heard = sound.read(n, dtype="float64", always_2d=True)[:, plan.channel]
         found = measure_offset(np.array(time_s), np.array(position), heard, rate_hz)

@@ -13,19 +13,14 @@ import pandas as pd
 import soundfile
 from numpy.typing import NDArray
 
-from afferents import files
-from afferents.documents import read_json
+from afferents import documents, files, outputs
 from afferents.errors import InputError, reading
-from afferents.files import Place, write_json
 from afferents.lab.recorder import bags, gate, plan
 from afferents.lab.recorder.session import RUN, require_same_rates
 from afferents.lab.writers import CONTAINER, TICKS_HZ, TIME_BASE
-from afferents.outputs import writing_alone
+from afferents.recordings import media, run_log, session_file
 from afferents.recordings.audio import WavFile, reading_sound, sound_name
 from afferents.recordings.layouts import AUDIO, VIDEO, recording_folders
-from afferents.recordings.media import is_bag
-from afferents.recordings.run_log import FrameRow, Log
-from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
 
 TIME, SEQUENCE = "time_s", "sequence"
@@ -34,11 +29,11 @@ _RATES_HZ = 1.0, 5000.0
 
 
 def import_recording(
-    video: Place,
-    audio: Place | None = None,
-    times: Place | None = None,
+    video: files.Place,
+    audio: files.Place | None = None,
+    times: files.Place | None = None,
     *,
-    session: Place,
+    session: files.Place,
     texture: str,
     speed_mm_s: float,
     audio_start_s: float | None = None,
@@ -97,7 +92,7 @@ def import_recording(
     if not 0 < speed_mm_s <= plan.FASTEST_MM_S:
         expected = f"a speed above 0 and up to {plan.FASTEST_MM_S:g} mm/s"
         raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
-    if not is_bag(source):
+    if not media.is_bag(source):
         if times is None:
             raise InputError(
                 "--times: expected a CSV with the time of each frame, found none; or give a bag"
@@ -125,15 +120,15 @@ def _write(
 ) -> list[gate.Check]:
     """Write a recording of a session."""
     declared, earlier = _declare(given), dict[str, Any]()
-    if (file := session / SESSION_FILE).is_file():
-        earlier = read_json(file, "a session file")
+    if (file := session / session_file.SESSION_FILE).is_file():
+        earlier = documents.read_json(file, "a session file")
         require_same_rates(given.where, file, earlier, declared)
     else:
         files.require_free(session, files.holds_only())
     target = session / f"{texture}/{speed_mm_s:g}"
     files.require_free(target)
     log, checks = _check(given, keep)
-    with writing_alone(session, "import"):
+    with outputs.writing_alone(session, "import"):
         with files.write_aside(target) as partial:
             partial.mkdir()
             log.origin_s = _write_sound(given, partial / AUDIO)
@@ -145,9 +140,9 @@ def _write(
                 "checks": [check.as_json() for check in checks],
                 "imported": given.origin,
             }
-            write_json(partial / RUN, about)
+            files.write_json(partial / RUN, about)
             if not earlier:  # before the recording appears: killed here, another can still join
-                write_json(file, declared)
+                files.write_json(file, declared)
         _write_session(session, earlier, declared)
     return checks
 
@@ -191,13 +186,13 @@ def _measure_rate(time_s: NDArray[np.float64]) -> float:
     return float(_number_frames(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
-def _check(given: bags.ImportedFiles, keep: bool) -> tuple[Log, list[gate.Check]]:
+def _check(given: bags.ImportedFiles, keep: bool) -> tuple[run_log.Log, list[gate.Check]]:
     """Look at the frames; numbers that are missing are worked out from the times."""
     time_s, rate_hz = given.time_s, _measure_rate(given.time_s)
     numbers = _number_frames(time_s) if given.sequence is None else given.sequence
-    log = Log(origin_s=float(time_s[0]))
+    log = run_log.Log(origin_s=float(time_s[0]))
     log.frames = [
-        FrameRow(int(number), float(at_s), float("nan"), False, False, True)
+        run_log.FrameRow(int(number), float(at_s), float("nan"), False, False, True)
         for number, at_s in zip(numbers, time_s, strict=True)
     ]
     counts = gate.count_frames(log, rate_hz, (time_s[-1] - time_s[0]) + 1 / rate_hz)
@@ -292,7 +287,7 @@ def _write_session(session: Path, earlier: Mapping[str, Any], declared: Mapping[
     """Write `session.json`: what is not there of the grid are holes."""
     names = {folder: folder.relative_to(session) for folder in recording_folders(session)}
     runs = {
-        name.as_posix(): read_json(folder / RUN, "a run")["checksums"]
+        name.as_posix(): documents.read_json(folder / RUN, "a run")["checksums"]
         for folder, name in sorted(names.items())
         if (folder / RUN).is_file()  # of those that were recorded or imported here
     }
@@ -308,4 +303,4 @@ def _write_session(session: Path, earlier: Mapping[str, Any], declared: Mapping[
         "holes": sorted(map(list, grid - there)),
         "checksums": {**earlier.get("checksums", {}), **runs},
     }
-    write_json(session / SESSION_FILE, content)
+    files.write_json(session / session_file.SESSION_FILE, content)

@@ -8,13 +8,10 @@ from pydantic_core import to_json
 
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.lab.devices import base
-from afferents.lab.devices.clock import SampleClock
+from afferents.lab.devices import base, clock
 from afferents.lab.devices.picture import Picture, decode_picture
-from afferents.lab.live.events import CameraFrame
+from afferents.lab.live import events, sensors, streams
 from afferents.lab.live.follower import Follower
-from afferents.lab.live.sensors import make_sound
-from afferents.lab.live.streams import AudioStream
 from afferents.lab.live.touch import SHOWN, Filled, Filling, require_places
 from afferents.lab.live.web.snapshot import Shown, draw_markers, draw_spectrum
 from afferents.lab.recorder.watch import Watch
@@ -80,13 +77,13 @@ class RecordingPage(Shown):
         """Wait for the first frame of a series, which shows the skin at rest."""
         self._follower, self._filling = Follower(self._sensor, fps_hz, is_known=True), Filling()
         self._touched: Filled | None = None
-        self._audio: AudioStream | None = None
+        self._audio: streams.AudioStream | None = None
 
     def _follow(self, taken: base.Frame, camera: base.CameraSettings) -> Picture | None:
         """Follow the markers of a frame; return its picture."""
         picture = decode_picture(taken.data, camera)
         if picture is not None:
-            frame = CameraFrame(Frame(taken.time_s, *picture), 0.0)
+            frame = events.CameraFrame(Frame(taken.time_s, *picture), 0.0)
             with suppress(InputError):  # no markers: the picture itself shows why
                 for _, touch in self._follower.feed(frame) or self._follower.finish():
                     self._touched = Filled(touch, self._filling.feed(touch, SHOWN))
@@ -97,11 +94,11 @@ class RecordingPage(Shown):
         if microphone is None:
             return None
         if self._audio is None:
-            self._audio = AudioStream(SpectralEncoding(), microphone.rate_hz)
-            self._count = SampleClock(microphone.rate_hz)
+            self._audio = streams.AudioStream(SpectralEncoding(), microphone.rate_hz)
+            self._count = clock.SampleClock(microphone.rate_hz)
         while self._watch.blocks:
             block = self._watch.blocks.popleft()
             samples = block.samples[:, [self._watch.sensor_channel]]
-            for _ in self._audio.feed(make_sound(block, samples, self._count)):
+            for _ in self._audio.feed(sensors.make_sound(block, samples, self._count)):
                 pass
         return {"rate_hz": microphone.rate_hz, "quality": [], **draw_spectrum(self._audio)}

@@ -11,10 +11,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from afferents.documents import as_form, read_toml
-from afferents.errors import InputError
-from afferents.files import require_free, write_aside
-from afferents.forms import StrictForm
+from afferents import documents, errors, files, forms
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
 
@@ -33,7 +30,7 @@ def require_texture(name: str) -> str:
     return name
 
 
-class Tolerance(StrictForm):
+class Tolerance(forms.StrictForm):
     """What a run may have wrong with it and still be kept.
 
     Attributes
@@ -60,7 +57,7 @@ class Tolerance(StrictForm):
     markers: float = Field(0.02, ge=0, le=1)
 
 
-class RecordingPlan(StrictForm):
+class RecordingPlan(forms.StrictForm):
     """What to record.
 
     Attributes
@@ -226,11 +223,11 @@ def read_plan(path: Path) -> RecordingPlan:
     InputError
         Naming the first key that is missing, unknown or wrong.
     """
-    content = read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one")
-    plan = as_form(content, RecordingPlan, path, _WHAT)
+    content = documents.read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one")
+    plan = documents.as_form(content, RecordingPlan, path, _WHAT)
     for values in (plan.textures, plan.speeds_mm_s):
         if len(set(values)) < len(values):
-            raise InputError(
+            raise errors.InputError(
                 f"{path}: expected each texture and each speed once, found one of them twice"
             )
     require_distinct(path, plan.textures, [(f"{speed!r}", speed) for speed in plan.speeds_mm_s])
@@ -245,6 +242,6 @@ def write_example(path: Path) -> None:
     InputError
         If there is something of that name already.
     """
-    require_free(path)
-    with write_aside(path) as partial:
+    files.require_free(path)
+    with files.write_aside(path) as partial:
         partial.write_bytes(EXAMPLE.read_bytes())

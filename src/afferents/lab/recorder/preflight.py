@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import siegelslopes
 
-from afferents import dims
-from afferents.files import free_bytes
+from afferents import dims, files
 from afferents.lab.devices import base
 from afferents.lab.devices.picture import decode_picture
 from afferents.lab.recorder.devices import Devices
@@ -59,7 +58,7 @@ def preflight(
     if (sound := devices.sound) is not None:
         checks += check_microphone(sound, blocks, plan)
         a_second += sound.rate_hz * sound.channels * SAMPLE_BYTES
-    needed, free = MARGIN * a_second * n_runs * plan.total_s, free_bytes(session)
+    needed, free = MARGIN * a_second * n_runs * plan.total_s, files.free_bytes(session)
     found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
     disk = Check("disk", free > needed, found, "make room, or record to another disk")
     return [*checks, disk, *check_speeds(devices, plan)]

@@ -12,7 +12,6 @@ from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
 from afferents.lab.recorder import gate, rehearsal, run
 from afferents.lab.recorder.devices import Devices, make_devices, open_devices
-from afferents.lab.recorder.gate import Check
 from afferents.lab.recorder.plan import Entry, RecordingPlan, read_plan
 from afferents.lab.recorder.preflight import preflight
 from afferents.lab.recorder.session import AGAIN, RecordedSession
@@ -150,7 +149,7 @@ class Recorded:
     """
 
     session: Path
-    preflight: list[Check] = field(default_factory=list)
+    preflight: list[gate.Check] = field(default_factory=list)
     recorded: list[str] = field(default_factory=list)
     kept_aside: dict[str, str] = field(default_factory=dict)
     attempts_aside: list[tuple[str, str]] = field(default_factory=list)
@@ -211,7 +210,7 @@ class Recorder:
     watch: Watch = field(default_factory=Watch)
     _texture: str = ""
 
-    def check(self, session: Path) -> list[Check]:
+    def check(self, session: Path) -> list[gate.Check]:
         """Make the preflight alone."""
         with open_devices(self.devices, self.plan, self.path):
             entries = self.plan.entries()
@@ -392,7 +391,7 @@ class Recorder:
         return ""
 
     def _put_aside(
-        self, folder: Path, entry: Entry, why: str, checks: Sequence[Check] = ()
+        self, folder: Path, entry: Entry, why: str, checks: Sequence[gate.Check] = ()
     ) -> None:
         place = self._kept.put_aside(folder, entry.name, why, checks)
         self._outcome.attempts_aside.append((str(place), why))

@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 
 from afferents.errors import InputError
 from afferents.lab.devices import base
-from afferents.lab.devices.base import Block, CameraSettings, DriveLimits, DriveState, Frame
 from afferents.lab.devices.table import CAMERAS, DRIVES, MICROPHONES, make_device
 from afferents.lab.recorder.devices import SIMULATED, Clock, Devices
 from afferents.lab.recorder.plan import Entry, RecordingPlan
+from afferents.rig import config, drive, drums
 from afferents.rig.camera import Renderer
-from afferents.rig.config import NUISANCES, Rig
-from afferents.rig.drive import STEADY_S, STILL_S
-from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.record import filmed_positions
 from afferents.rig.run import simulate_run, tap
@@ -80,14 +77,14 @@ class Bench:
 
     film: Film
 
-    def __init__(self, rig: Rig, plan: RecordingPlan, speed: float = 4.0) -> None:
+    def __init__(self, rig: config.Rig, plan: RecordingPlan, speed: float = 4.0) -> None:
         """Mount nothing yet."""
-        on = {name: None for name in NUISANCES if name != "clock-offset"}
+        on = {name: None for name in config.NUISANCES if name != "clock-offset"}
         self.rig, self._plan = rig.with_nuisances(on), plan
-        if plan.settle_s < STEADY_S - STILL_S:
+        if plan.settle_s < (least_s := drive.STEADY_S - drive.STILL_S):
             raise InputError(
-                f"settle_s: expected at least {STEADY_S - STILL_S:g}, as the simulated drum "
-                f"needs, found {plan.settle_s:g}"
+                f"settle_s: expected at least {least_s:g}, as the simulated drum needs, found "
+                f"{plan.settle_s:g}"
             )
         if plan.total_s > LONGEST_S:
             raise InputError(
@@ -145,17 +142,17 @@ class Bench:
         return now_s, way, speed if self.set_mm_s else 0.0
 
 
-def simulate_film(rig: Rig, entry: Entry, plan: RecordingPlan) -> Film:
+def simulate_film(rig: config.Rig, entry: Entry, plan: RecordingPlan) -> Film:
     """Simulate a run and draw its frames.
 
     The rig's drum sets off after half a second; where the plan rests longer, the skin is seen at
     rest for longer, and it is tapped where the plan wants taps.
     """
-    tapped_s = max(0.0, plan.tap_s - STILL_S)
-    n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
+    tapped_s = max(0.0, plan.tap_s - drive.STILL_S)
+    n_rest = round(max(0.0, plan.start_s - tapped_s - drive.STILL_S) * rig.camera.fps_hz)
     rests_s = n_rest / rig.camera.fps_hz
     try:
-        spacing = texture_name(entry.texture, {})
+        spacing = drums.texture_name(entry.texture, {})
     except InputError:  # a texture that is a word has a spacing of its own
         spacing = f"{0.5 * (1 + sum(entry.texture.encode()) % 12):g}"
     surface = bumped_surface(float(spacing), rig.drum)
@@ -200,13 +197,13 @@ class SimulatedCamera(_OnBench, base.Camera):
         """Take the rig's settings."""
         camera = self._bench.rig.camera
         mode = camera.width, camera.height, camera.fps_hz
-        self.settings = CameraSettings(SIMULATED, "MJPG", *mode)
+        self.settings = base.CameraSettings(SIMULATED, "MJPG", *mode)
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[base.Frame]:
         """Yield the film of the drum that is mounted."""
         film = self._bench.film
         for number, zero_s in self._bench.play(film.time_s, self._ended):
-            yield Frame(number, zero_s + float(film.time_s[number]), False, film.jpegs[number])
+            yield base.Frame(number, zero_s + float(film.time_s[number]), False, film.jpegs[number])
 
 
 class SimulatedMicrophone(_OnBench, base.Microphone):
@@ -216,13 +213,13 @@ class SimulatedMicrophone(_OnBench, base.Microphone):
         """Take the rig's settings."""
         self.settings = base.MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[base.Block]:
         """Yield the sound of the drum that is mounted."""
         sound = self._bench.film.sound
         first = np.arange(0, len(sound), _BLOCK)
         for number, zero_s in self._bench.play((first + _BLOCK) / SAMPLE_RATE_HZ, self._ended):
             n = int(first[number])
-            yield Block(zero_s + n / SAMPLE_RATE_HZ, sound[n : n + _BLOCK], False)
+            yield base.Block(zero_s + n / SAMPLE_RATE_HZ, sound[n : n + _BLOCK], False)
 
 
 class SimulatedDrive(_OnBench, base.Drive):
@@ -230,7 +227,7 @@ class SimulatedDrive(_OnBench, base.Drive):
 
     def open(self) -> None:
         """Take its limits."""
-        self.limits = DriveLimits(1.0, 500.0)
+        self.limits = base.DriveLimits(1.0, 500.0)
 
     def close(self) -> None:
         """Stop."""
@@ -240,9 +237,9 @@ class SimulatedDrive(_OnBench, base.Drive):
         """Turn."""
         self._bench.set_mm_s = speed_mm_s
 
-    def query(self) -> DriveState:
+    def query(self) -> base.DriveState:
         """Return where the drum of the film is."""
-        return DriveState(*self._bench.drum(), None)
+        return base.DriveState(*self._bench.drum(), None)
 
     def stop(self) -> None:
         """Let the drum stand."""

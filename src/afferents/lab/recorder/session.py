@@ -103,9 +103,12 @@ class RecordedSession:
         """
         camera, limits = devices.camera.settings, asdict(devices.drive.limits)
         sound = devices.sound
-        channels = sound.channels if sound else 2
+        channels, sensor = sound.channels if sound else 2, self.plan.sensor
         with naming(self.root):
             self.root.mkdir(parents=True, exist_ok=True)
+            if sensor not in packaged_sensors():  # a file is copied, so that it goes along
+                shutil.copyfile(sensor, self.root / SENSOR)
+                sensor = SENSOR
         earlier, self._content = self._content, {
             "simulated": self._simulated,
             "sample_rate_hz": round(sound.rate_hz) if sound else 44100,  # as wav files have it
@@ -116,7 +119,7 @@ class RecordedSession:
             "frame_height": camera.height,
             "steady_s": list(self.plan.steady_s),
             "direction": self.plan.direction,
-            "sensor": self._keep_sensor(),
+            "sensor": sensor,
             "conditions": dict(self.plan.conditions),
             _PLAN: self.plan.model_dump(mode="json"),
             "camera": asdict(camera),
@@ -140,14 +143,6 @@ class RecordedSession:
         for left in sorted(self.root.glob(f"{RUNNING}-*")):
             name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
             self.put_aside(left, name, "the program ended while it was recorded")
-
-    def _keep_sensor(self) -> str:
-        """Return the sensor as the session names it; a file is copied, so that it goes along."""
-        if self.plan.sensor in packaged_sensors():
-            return self.plan.sensor
-        with naming(self.root):
-            shutil.copyfile(self.plan.sensor, self.root / SENSOR)
-        return SENSOR
 
     def running(self, entry: Entry) -> Path:
         """Return a new folder for a run that is being made."""

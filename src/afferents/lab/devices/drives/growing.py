@@ -7,7 +7,6 @@ from typing import BinaryIO, Literal
 
 from afferents.errors import InputError, reading
 from afferents.lab.devices import base
-from afferents.lab.devices.base import DeviceError, DriveState
 
 TIMES = ("time_s", "timestamp")
 POSITION, POSE, SPEED = (
@@ -55,7 +54,7 @@ class GrowingLog(base.ByHand):
         super().open()
         path, self._row = self.options.path, list[float]()
         self._way_mm, self._ahead_s, self._measured = 0.0, -math.inf, base.SpeedFromPosition()
-        self._state = DriveState(-math.inf, None, None, None)
+        self._state = base.DriveState(-math.inf, None, None, None)
         with reading(path, "a log that another program writes", OSError, do="start that first"):
             self._file = path.open("rb")
             head = self._file.readline().decode("utf-8-sig", "replace")
@@ -81,7 +80,7 @@ class GrowingLog(base.ByHand):
         if file is not None:
             file.close()
 
-    def query(self) -> DriveState:
+    def query(self) -> base.DriveState:
         """Return what the newest row says, on the machine's clock."""
         if self._file is None:
             raise self._lost("one that is not open")
@@ -94,7 +93,7 @@ class GrowingLog(base.ByHand):
             time_s = max(self._row[0] - self._ahead_s, self._state.time_s)
             slope = abs(self._measured.read(time_s, self._way_mm))
             speed = self._row[1] if self._columns == SPEED else slope
-            self._came_s, self._state = now_s, DriveState(time_s, self._way_mm, speed, None)
+            self._came_s, self._state = now_s, base.DriveState(time_s, self._way_mm, speed, None)
         elif now_s - self._came_s > WAIT_S:
             raise self._lost(f"no new row in {WAIT_S:g} s")
         return self._state
@@ -116,9 +115,9 @@ class GrowingLog(base.ByHand):
         elif before:
             self._way_mm += (row[0] - before[0]) * (row[1] + before[1]) / 2
 
-    def _lost(self, found: str) -> DeviceError:
+    def _lost(self, found: str) -> base.DeviceError:
         self.close()
         path = self.options.path
-        return DeviceError(
+        return base.DeviceError(
             f"{path}: expected a log of numbers that grows, found {found}; check what writes it"
         )

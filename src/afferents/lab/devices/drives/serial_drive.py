@@ -15,13 +15,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from afferents.documents import as_form, read_toml
+from afferents import documents, forms, plugins
 from afferents.errors import InputError, reason_of
-from afferents.forms import StrictForm
 from afferents.lab.devices import base
-from afferents.lab.devices.base import DeviceError, DriveLimits, DriveState
 from afferents.lab.devices.drives.guard import Guard
-from afferents.plugins import import_extra
 
 PRESETS = Path(__file__).parent / "presets"
 GROUPS = {"position", "speed", "fault"}
@@ -41,7 +38,7 @@ it was, so that 36.4517 and 49.584 may come as 36.517 and 49.58; CRC-16/XMODEM f
 Amount = Annotated[float, Field(gt=0, lt=1e6)]
 
 
-class Question(StrictForm):
+class Question(forms.StrictForm):
     """A line that is sent, and a regular expression of its answer.
 
     Attributes
@@ -56,7 +53,7 @@ class Question(StrictForm):
     reply: re.Pattern[str]
 
 
-class Template(StrictForm):
+class Template(forms.StrictForm):
     """How one make of drives is spoken to.
 
     Lines may hold ``{value}``: the speed in the drive's unit.
@@ -164,7 +161,7 @@ def read_template(name: str) -> Template:
         if name not in list_presets():
             known = ", ".join(list_presets())
             raise InputError(f"template: expected a TOML file, or one of {known}, found '{name}'")
-    return as_form(read_toml(path, what), Template, path, what)
+    return documents.as_form(documents.read_toml(path, what), Template, path, what)
 
 
 def frame_line(text: str, checksum: str) -> bytes:
@@ -205,7 +202,7 @@ class Line:
 
     def __init__(self, port: str, baud: int, checksum: str) -> None:
         """Open it."""
-        serial: Any = import_extra("lab", "a serial drive", "serial")
+        serial: Any = plugins.import_extra("lab", "a serial drive", "serial")
         self.port, self._checksum, self.sent_s = port, checksum, 0.0
         try:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
@@ -264,8 +261,8 @@ class Line:
         except Exception as error:
             raise self._lost(reason_of(error).lower()) from error
 
-    def _lost(self, why: str) -> DeviceError:
-        return DeviceError(
+    def _lost(self, why: str) -> base.DeviceError:
+        return base.DeviceError(
             f"drive at {self.port}: lost ({why}); see that the drum stands still, then plug it in"
         )
 
@@ -343,7 +340,7 @@ class SerialDrive(base.Drive):
         """
         options, template = self.options, self.template
         self._line = Line(options.port, options.baud or template.baud, template.checksum)
-        self.limits = DriveLimits(options.lowest_mm_s, options.highest_mm_s)
+        self.limits = base.DriveLimits(options.lowest_mm_s, options.highest_mm_s)
         atexit.register(self.stop)
         try:
             first = template.read[0]
@@ -355,8 +352,8 @@ class SerialDrive(base.Drive):
             self._measured = base.SpeedFromPosition()
             state = self.query()
             if why := self.limits.find_impossible(state):
-                raise DeviceError(state.fault or why)
-        except DeviceError as error:
+                raise base.DeviceError(state.fault or why)
+        except base.DeviceError as error:
             self.close()
             raise InputError(
                 f"drive at {options.port}: expected one that speaks as {template.name}, found "
@@ -376,7 +373,7 @@ class SerialDrive(base.Drive):
             self._value = f"{speed_mm_s / self._mm:.5f}"
             self._say([line.replace("{value}", self._value) for line in self.template.start])
 
-    def query(self) -> DriveState:
+    def query(self) -> base.DriveState:
         """Return its state; feed its watchdog."""
         with self._speaking:
             self._guard.beat(self._turning)
@@ -418,7 +415,7 @@ class SerialDrive(base.Drive):
 
     def _require_line(self) -> Line:
         if self._line is None:
-            raise DeviceError(f"drive at {self.options.port}: it is not open")
+            raise base.DeviceError(f"drive at {self.options.port}: it is not open")
         return self._line
 
     def _say(self, lines: Sequence[str]) -> None:
@@ -429,7 +426,7 @@ class SerialDrive(base.Drive):
             else:
                 line.ask(text, self.template.taken)
 
-    def _interpret(self, found: dict[str, str], time_s: float) -> DriveState:
+    def _interpret(self, found: dict[str, str], time_s: float) -> base.DriveState:
         position_mm = speed_mm_s = None
         try:
             if found["position"] != self.template.no_position:
@@ -440,7 +437,7 @@ class SerialDrive(base.Drive):
                 speed_mm_s = float(found["speed"]) * self._mm
         except ValueError as error:
             why = f"no number: {re.sub(r'.*: ', '', str(error))}; correct the template"
-            return DriveState(time_s, math.nan, math.nan, f"impossible answer: {why}")
+            return base.DriveState(time_s, math.nan, math.nan, f"impossible answer: {why}")
         fault = found.get("fault")
         fault = None if fault == self.template.no_fault else fault
-        return DriveState(time_s, position_mm, speed_mm_s, fault)
+        return base.DriveState(time_s, position_mm, speed_mm_s, fault)

@@ -13,12 +13,11 @@ from types import MappingProxyType
 from typing import Any
 from urllib.parse import quote
 
-from afferents.choices import require_number
+from afferents import choices, plugins
 from afferents.errors import InputError
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Prediction
 from afferents.lab.live.web.snapshot import Shown, Snapshots
-from afferents.plugins import import_extra
 
 Request = Callable[[str, Mapping[str, str]], bool]
 """Does what a visitor requests, given its details, and returns whether it can be done now; an
@@ -116,7 +115,7 @@ def serve_page(
         packages are missing.
     """
     check_address(host, token)
-    import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
+    plugins.import_extra("lab", "--web", "starlette", "uvicorn", "websockets")
     import uvicorn  # it and what serves a page take half a second to import
 
     from afferents.lab.live.web import application
@@ -166,7 +165,7 @@ def open_door(host: str, port: int) -> socket.socket:
     InputError
         If it is taken, not this machine's, or no port.
     """
-    require_number("--port", port, 0, 65535)
+    choices.require_number("--port", port, 0, 65535)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         door = socket.create_server((host, port), family=family)

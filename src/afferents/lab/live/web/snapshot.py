@@ -12,11 +12,9 @@ import cv2
 import numpy as np
 
 from afferents.dims import RA1, SA1
-from afferents.lab.live.events import CameraFrame
+from afferents.lab.live import events, streams, touch
 from afferents.lab.live.pipeline import LivePipeline
 from afferents.lab.live.prediction import Newest
-from afferents.lab.live.streams import AudioStream
-from afferents.lab.live.touch import Filled
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.places import covered
 
@@ -77,7 +75,7 @@ class Snapshots(Shown, Newest):
         """Nothing has come yet."""
         super().__init__()
         self._pipeline, self._greeting = pipeline, greeting
-        self._encoded: tuple[CameraFrame | None, bytes] = None, b""
+        self._encoded: tuple[events.CameraFrame | None, bytes] = None, b""
         self.ended: str | None = None
         self.repeats = False
 
@@ -145,7 +143,7 @@ class Snapshots(Shown, Newest):
         return self._encoded[1]
 
 
-def draw_markers(filled: Filled) -> dict[str, Any]:
+def draw_markers(filled: touch.Filled) -> dict[str, Any]:
     """Return where the markers of a frame are, px, and their tactile images, as JSON has them."""
     seen, found = filled.touch.seen, filled.touch.detected
     return {
@@ -156,7 +154,7 @@ def draw_markers(filled: Filled) -> dict[str, Any]:
     }
 
 
-def draw_spectrum(audio: AudioStream) -> dict[str, Any]:
+def draw_spectrum(audio: streams.AudioStream) -> dict[str, Any]:
     """Return the newest spectrum as JSON has it; nothing before there is one."""
     if (spectrum := audio.spectrum()) is None:
         return {}
@@ -164,7 +162,7 @@ def draw_spectrum(audio: AudioStream) -> dict[str, Any]:
     return {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
 
 
-def draw_image(filled: Filled, name: str) -> list[Any] | None:
+def draw_image(filled: touch.Filled, name: str) -> list[Any] | None:
     """Return the tactile image of a channel as JSON has it; None where there is none.
 
     A pixel is None where no marker stands, and `LOST` at the one nearest to a lost marker.
