@@ -10,12 +10,10 @@ from typing import Any
 
 from afferents.errors import InputError, reading
 from afferents.files import is_hidden
+from afferents.recordings import media, pattern, tables
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.description import DataSetFile, Labels, Signal, read_data_set_file
-from afferents.recordings.media import left_out
-from afferents.recordings.pattern import parse_speed
 from afferents.recordings.series import JoinedFiles, SeriesFile, describe_files
-from afferents.recordings.tables import read_texts
 from afferents.store.recording import Recording, RecordingSet, fold_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"
@@ -149,7 +147,7 @@ class Described(DataSet):
         if files.labels:
             why += f", or without a row in {files.labels.file}"
             taken.append(self.root / files.labels.file)
-        return left_out(self.root, taken, endings, why)
+        return media.left_out(self.root, taken, endings, why)
 
     def _group(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
@@ -223,7 +221,7 @@ class Described(DataSet):
         if "speed" in known:
             text = known.pop("speed")
             try:
-                speed = parse_speed(text) * files.mm_s
+                speed = pattern.parse_speed(text) * files.mm_s
             except ValueError:
                 raise InputError(
                     f"{series.path}: expected a speed in its name, found '{text}'"
@@ -317,7 +315,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
 def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     """Yield where each row stands, and its texts by column."""
     if path.suffix.lower() != ".json":
-        yield from ((f"line {number}", row) for number, row in read_texts(path))
+        yield from ((f"line {number}", row) for number, row in tables.read_texts(path))
         return
     with reading(path, "a JSON file of labels", OSError, ValueError):
         found = json.loads(path.read_text(encoding="utf-8-sig"))
