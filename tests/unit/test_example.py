@@ -82,7 +82,7 @@ def test_one_that_fails_leaves_nothing(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(module, "extract_session", fail)
-    monkeypatch.setattr("afferents.rig.simulate.simulate_session", fail)
+    monkeypatch.setattr(module, "simulate_session", fail)
     with pytest.raises(KeyboardInterrupt):
         afferents.example(tmp_path, quiet=True)
     assert [path.name for path in (tmp_path / "example").iterdir()] == ["lock"]
