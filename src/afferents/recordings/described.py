@@ -190,12 +190,13 @@ class Described(DataSet):
             return list(found)
         path = self.root / labels.file
         rows = read_labels(path, labels)
-        named = [
-            (find_row(file.relative_to(self.root).as_posix(), rows), file) for file, _ in found
-        ]
         taken: dict[str, Path] = {}
         kept: list[tuple[Path, Mapping[str, str]]] = []
-        for (name, file), (_, known) in zip(named, found, strict=True):
+        for file, known in found:
+            inner = file.relative_to(self.root)
+            # A row names a file by its path, without ending, or by the last part of either.
+            names = (inner, inner.with_suffix(""), Path(inner.name), Path(inner.stem))
+            name = next((one.as_posix() for one in names if one.as_posix() in rows), None)
             if name is None:
                 continue
             if (other := taken.setdefault(name, file)) is not file:
@@ -331,10 +332,3 @@ def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     for number, row in enumerate(found, start=1):
         texts = {str(k): "" if one is None else str(one).strip() for k, one in row.items()}
         yield f"row {number}", texts
-
-
-def find_row(path: str, rows: Mapping[str, Row]) -> str | None:
-    """Return under which name rows speak of a path: its own, without ending, or its last part."""
-    whole = Path(path)
-    names = (whole, whole.with_suffix(""), Path(whole.name), Path(whole.stem))
-    return next((name.as_posix() for name in names if name.as_posix() in rows), None)
