@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import DTypeLike, NDArray
 
-from afferents import dims
+from afferents import dims, plugins
 from afferents.errors import InputError
-from afferents.plugins import imported, reference_of
 
 Floats = NDArray[np.float64]
 
@@ -552,7 +551,7 @@ def find_channel(wanted: str | Channel | type[Channel]) -> Channel:
         If there is none of that name.
     """
     if isinstance(wanted, str) and ":" in wanted:
-        wanted = imported(wanted)
+        wanted = plugins.imported(wanted)
     if isinstance(wanted, type) and issubclass(wanted, Channel):
         return wanted()
     if isinstance(wanted, Channel):
@@ -583,4 +582,4 @@ def name_of_channel(channel: Channel) -> str:
         raise InputError(
             f"channel: expected {expected}, found {channel!r}; write a class that holds them"
         )
-    return reference_of(type(channel), "channel")
+    return plugins.reference_of(type(channel), "channel")

@@ -7,10 +7,9 @@ from typing import Any
 
 from filelock import FileLock
 
-from afferents import dims
+from afferents import dims, files
 from afferents.extraction.extract import extract_session
 from afferents.extraction.options import Extraction
-from afferents.files import checksum, holds_only, naming, remove_partials, write_aside, write_json
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
 from afferents.rig.config import Rig
@@ -85,12 +84,12 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
     place = Path(folder).resolve() / _FOLDER
     kept = place / _KEPT
     if not _is_whole(kept):
-        with naming(place / _LOCK):
+        with files.naming(place / _LOCK):
             place.mkdir(parents=True, exist_ok=True)
             lock = FileLock(place / _LOCK).acquire()
         with lock:  # of two that ask at once, the second finds what the first has made
             if not _is_whole(kept):
-                remove_partials(place)
+                files.remove_partials(place)
                 _make(kept, quiet)
     session = kept / _SESSION
     recording = session / SPACING_MM / f"{SPEED_MM_S:g}"
@@ -119,20 +118,20 @@ def _is_whole(kept: Path) -> bool:
 
 def _about(kept: Path) -> dict[str, Any]:
     """Return what tells a whole example of this version from any other."""
-    files = sorted(path for path in kept.rglob("*") if path.is_file() and path.name != _ABOUT)
+    paths = sorted(path for path in kept.rglob("*") if path.is_file() and path.name != _ABOUT)
     return {
         "afferents": __version__,
         "made": [SPACING_MM, SPEED_MM_S, SECONDS],
         "rig": Rig().model_dump(mode="json"),
-        "files": [path.relative_to(kept).as_posix() for path in files],
-        "checksum": checksum(*files),
+        "files": [path.relative_to(kept).as_posix() for path in paths],
+        "checksum": files.checksum(*paths),
     }
 
 
 def _make(kept: Path, quiet: bool) -> None:
     """Simulate and extract; what is left of an earlier example is replaced."""
-    ours = holds_only(_SESSION, _STORE, _ABOUT)
-    with write_aside(kept, replaces=ours) as partial, Progress(quiet) as progress:
+    ours = files.holds_only(_SESSION, _STORE, _ABOUT)
+    with files.write_aside(kept, replaces=ours) as partial, Progress(quiet) as progress:
         session, store = partial / _SESSION, partial / _STORE
         wanted = make_simulation(session, "quick", [SPACING_MM], [SPEED_MM_S], SECONDS)
         simulate_session(wanted, 1, progress)
@@ -140,4 +139,4 @@ def _make(kept: Path, quiet: bool) -> None:
             Extraction(session=session, out=store, sensor=load_sensor("tip_b"), workers=1),
             progress,
         )
-        write_json(partial / _ABOUT, _about(partial))
+        files.write_json(partial / _ABOUT, _about(partial))

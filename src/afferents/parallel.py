@@ -21,11 +21,8 @@ from joblib.externals.loky import process_executor
 from joblib.externals.loky.backend import resource_tracker as loky_resource_tracker
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from afferents import outputs, plugins, progress, stopping
 from afferents.errors import AfferentsError, InputError
-from afferents.outputs import lock_text
-from afferents.plugins import how_to_install
-from afferents.progress import silence_libraries
-from afferents.stopping import stop_later
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -125,7 +122,7 @@ def _do_jobs(
         pool = joblib.Parallel(n_jobs=n, **options)
         here = Path.cwd()
         calls = (joblib.delayed(_do_numbered)(here, number, function, *job) for number, job in jobs)
-        with stop_later(), _block_terminal_signals() if n > 1 else nullcontext():
+        with stopping.stop_later(), _block_terminal_signals() if n > 1 else nullcontext():
             results = pool(calls)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
@@ -180,7 +177,7 @@ def _prepare(caller: int) -> None:
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
     keep_freed_memory()
-    silence_libraries()
+    progress.silence_libraries()
     threading.Thread(target=_end_after, args=(caller,), daemon=True).start()
 
 
@@ -241,7 +238,7 @@ def on_cluster(
         from distributed import as_completed
 
         here = {package: version(package) for package in packages}
-        seen = output.resolve(), lock_text(output)
+        seen = output.resolve(), outputs.lock_text(output)
         waiting = as_completed(
             [client.submit(_do_as_here, here, *seen, function, *job, pure=False) for job in jobs],
             loop=client.loop,
@@ -290,7 +287,7 @@ def _do_as_here(
                 f"{who}: expected {package} {expected}, as where the command runs, found "
                 f"{version(package)}; install the same version there"
             )
-    if lock_text(output) != lock:
+    if outputs.lock_text(output) != lock:
         raise InputError(
             f"{who}: expected to see {output} as it is where the command runs; let all workers see "
             "the same files at the same paths"
@@ -321,7 +318,7 @@ def _client(address: str) -> Iterator["Client"]:
         from distributed import Client
     except ImportError:
         raise InputError(
-            f"--cluster: expected Dask, found none installed; {how_to_install('cluster')}"
+            f"--cluster: expected Dask, found none installed; {plugins.how_to_install('cluster')}"
         ) from None
     if not _ADDRESS.fullmatch(address):  # Dask would try for half a minute
         raise InputError(

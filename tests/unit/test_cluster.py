@@ -151,15 +151,15 @@ def test_errors_come_back_and_what_else_computes_with_dask_is_left_alone(cluster
 
 def test_workers_that_do_not_see_the_store_are_refused(there, session, tmp_path, cluster):
     def see_nothing():
-        from afferents import parallel
+        from afferents import outputs
 
-        parallel.lock_text, found = lambda folder: "", parallel.lock_text
-        parallel._lock_text = found
+        outputs.lock_text, found = lambda folder: "", outputs.lock_text
+        outputs._lock_text = found
 
     def see():
-        from afferents import parallel
+        from afferents import outputs
 
-        parallel.lock_text = parallel._lock_text
+        outputs.lock_text = outputs._lock_text
 
     store = tmp_path / "there.zarr"
     with Client(cluster, set_as_default=False) as client:

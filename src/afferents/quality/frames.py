@@ -166,22 +166,13 @@ class FrameFigures:
             return []
         part = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s)
         frozen = self._find_frozen(where, part)
-        found = (
-            self._find_dark(where, part),
-            frozen,
-            self._find_repeated(where, part),
-            None if frozen else self._find_stalled(where, part),
-        )
-        return [issue for issue in found if issue is not None]
-
-    def _find_stalled(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
+        found = [self._find_dark(where, part), frozen, self._find_repeated(where, part)]
         stalls = self.stalls.within(part)
-        if not stalls.spans:
-            return None
-        cause = "RA-I is 0 there and too large in the next frame"
-        return QualityIssue(
-            "stalled", where, "a picture of its own in each frame", f"the same one {stalls}", cause
-        )
+        if stalls.spans and not frozen:
+            expected = "a picture of its own in each frame"
+            cause = "RA-I is 0 there and too large in the next frame"
+            found.append(QualityIssue("stalled", where, expected, f"the same one {stalls}", cause))
+        return [issue for issue in found if issue is not None]
 
     def _find_dark(self, where: object, part: tuple[float, float]) -> QualityIssue | None:
         time_s, grey = self.time_s, np.array(self._grey)

@@ -69,13 +69,6 @@ def sound_within(videos: Sequence[Path]) -> list[str]:
     return [f"{of} sound, which is left out: {advise_conversion(found[0])}."] if found else []
 
 
-def _count_declared(noted: str) -> int:
-    """Return the samples a channel that a wav declares beyond its end; 0 where it declares none."""
-    data, a_sample = _TOO_LONG.search(noted), _A_SAMPLE.search(noted)
-    n_bytes = int(data[1] or data[2]) if data else 0
-    return n_bytes // int(a_sample[1]) if a_sample and n_bytes != _OPEN else 0
-
-
 _BLOCK = 1 << 16
 """Samples read at a time, so that the channels that are not wanted never fill the memory."""
 
@@ -127,7 +120,10 @@ class WavFile:
                 f"{self.path}: expected a sound file that says how long it is, found a stream; "
                 f"write it again: ffmpeg -i {self.path.name} OUT.wav"
             )
-        declared = _count_declared(info.extra_info)
+        # The samples a channel that a wav declares beyond its end; 0 where it declares none.
+        data, a_sample = (one.search(info.extra_info) for one in (_TOO_LONG, _A_SAMPLE))
+        n_bytes = int(data[1] or data[2]) if data else 0
+        declared = n_bytes // int(a_sample[1]) if a_sample and n_bytes != _OPEN else 0
         if info.frames < declared:
             raise self._too_short(declared, info.frames)
         return info

@@ -246,16 +246,12 @@ def wrong_rate(
     """
     true = f"give {FPS} {expected_hz:g}, or write fps_hz and fps_overrules (true) into {file}"
     seen_hz = n_frames * audio.sample_rate_hz / audio.n_samples if audio else float("nan")
-    if _near(seen_hz, expected_hz):
+    if abs(seen_hz - expected_hz) <= NEAR * expected_hz:
         return (
             f"its {n_frames} frames are as long as its sound at {expected_hz:g} a second, so the "
             f"container's rate is wrong: {true}"
         )
     declare = f"declare fps_hz in {file}"
-    if _near(seen_hz, fps_hz):
+    if abs(seen_hz - fps_hz) <= NEAR * fps_hz:
         return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
     return f"{declare}; if the container's rate is wrong, {true}"
-
-
-def _near(one_hz: float, other_hz: float) -> bool:
-    return abs(one_hz - other_hz) <= NEAR * other_hz

@@ -15,10 +15,9 @@ from afferents.recordings.described import PACKAGED, Described
 from afferents.recordings.media import refuse_bag
 from afferents.recordings.session import Pictures, PublishedSession, Session
 from afferents.recordings.tactile_bench import Runs, Streams
-from afferents.store.integrity import is_group
+from afferents.store import integrity, zarr_store
 from afferents.store.recording import RecordingSet
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses, store_config
 
 
 class Stored(DataSet):
@@ -29,7 +28,7 @@ class Stored(DataSet):
     @classmethod
     def recognises(cls, path: Path) -> bool:
         """Return whether there is a Zarr store."""
-        return is_group(path)
+        return integrity.is_group(path)
 
     def scan(self) -> RecordingSet:
         """Refuse: a store holds none."""
@@ -37,11 +36,11 @@ class Stored(DataSet):
 
     def responses(self) -> list[Responses]:
         """Open all recordings of the store, lazily, in order of texture and speed."""
-        return open_responses(self.path)
+        return zarr_store.open_responses(self.path)
 
     def config(self) -> Mapping[str, Any]:
         """Return the configuration that the store was extracted with."""
-        return store_config(self.path)
+        return zarr_store.store_config(self.path)
 
 
 DATA_SETS: dict[str, type[DataSet]] = {

@@ -10,12 +10,10 @@ from typing import Any
 
 from afferents.errors import InputError, reading
 from afferents.files import is_hidden
+from afferents.recordings import media, pattern, tables
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.description import DataSetFile, Labels, Signal, read_data_set_file
-from afferents.recordings.media import left_out
-from afferents.recordings.pattern import parse_speed
 from afferents.recordings.series import JoinedFiles, SeriesFile, describe_files
-from afferents.recordings.tables import read_texts
 from afferents.store.recording import Recording, RecordingSet, fold_label, require_distinct
 
 DATA_SET_FILE = "dataset.toml"
@@ -149,7 +147,7 @@ class Described(DataSet):
         if files.labels:
             why += f", or without a row in {files.labels.file}"
             taken.append(self.root / files.labels.file)
-        return left_out(self.root, taken, endings, why)
+        return media.left_out(self.root, taken, endings, why)
 
     def _group(
         self, found: Sequence[tuple[Path, Mapping[str, str]]]
@@ -192,12 +190,13 @@ class Described(DataSet):
             return list(found)
         path = self.root / labels.file
         rows = read_labels(path, labels)
-        named = [
-            (find_row(file.relative_to(self.root).as_posix(), rows), file) for file, _ in found
-        ]
         taken: dict[str, Path] = {}
         kept: list[tuple[Path, Mapping[str, str]]] = []
-        for (name, file), (_, known) in zip(named, found, strict=True):
+        for file, known in found:
+            inner = file.relative_to(self.root)
+            # A row names a file by its path, without ending, or by the last part of either.
+            names = (inner, inner.with_suffix(""), Path(inner.name), Path(inner.stem))
+            name = next((one.as_posix() for one in names if one.as_posix() in rows), None)
             if name is None:
                 continue
             if (other := taken.setdefault(name, file)) is not file:
@@ -223,7 +222,7 @@ class Described(DataSet):
         if "speed" in known:
             text = known.pop("speed")
             try:
-                speed = parse_speed(text) * files.mm_s
+                speed = pattern.parse_speed(text) * files.mm_s
             except ValueError:
                 raise InputError(
                     f"{series.path}: expected a speed in its name, found '{text}'"
@@ -317,7 +316,7 @@ def read_labels(path: Path, labels: Labels) -> dict[str, Row]:
 def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     """Yield where each row stands, and its texts by column."""
     if path.suffix.lower() != ".json":
-        yield from ((f"line {number}", row) for number, row in read_texts(path))
+        yield from ((f"line {number}", row) for number, row in tables.read_texts(path))
         return
     with reading(path, "a JSON file of labels", OSError, ValueError):
         found = json.loads(path.read_text(encoding="utf-8-sig"))
@@ -333,10 +332,3 @@ def _read_rows(path: Path, labels: Labels) -> Iterator[tuple[str, Row]]:
     for number, row in enumerate(found, start=1):
         texts = {str(k): "" if one is None else str(one).strip() for k, one in row.items()}
         yield f"row {number}", texts
-
-
-def find_row(path: str, rows: Mapping[str, Row]) -> str | None:
-    """Return under which name rows speak of a path: its own, without ending, or its last part."""
-    whole = Path(path)
-    names = (whole, whole.with_suffix(""), Path(whole.name), Path(whole.stem))
-    return next((name.as_posix() for name in names if name.as_posix() in rows), None)

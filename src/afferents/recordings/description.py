@@ -7,9 +7,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PositiveFloat, model_validator
 
-from afferents.documents import as_form, read_toml
+from afferents import documents, forms
 from afferents.errors import InputError
-from afferents.forms import StrictForm
 from afferents.recordings.pattern import Pattern
 
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
@@ -19,7 +18,7 @@ _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
 _OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
 
-class Labels(StrictForm):
+class Labels(forms.StrictForm):
     """A file that says what files of data hold, a row each: a CSV, or JSON.
 
     JSON is a list of objects, or an object by file, of objects or of textures alone.
@@ -50,7 +49,7 @@ class Labels(StrictForm):
         return {name: column for name, column in columns.items() if column}
 
 
-class Files(StrictForm):
+class Files(forms.StrictForm):
     """Which files are recordings, and what their names say.
 
     Attributes
@@ -155,7 +154,7 @@ class Files(StrictForm):
         return self
 
 
-class Signal(StrictForm):
+class Signal(forms.StrictForm):
     """What is in a file.
 
     Attributes
@@ -260,7 +259,7 @@ class Signal(StrictForm):
         return self
 
 
-class DataSetFile(StrictForm):
+class DataSetFile(forms.StrictForm):
     """A `dataset.toml`.
 
     Attributes
@@ -289,4 +288,5 @@ def read_data_set_file(path: Path) -> DataSetFile:
         Naming the first key that is missing, unknown or wrong.
     """
     what = "the description of a data set"
-    return as_form(read_toml(path, what), DataSetFile, path, what, "see docs/your-data.md")
+    content = documents.read_toml(path, what)
+    return documents.as_form(content, DataSetFile, path, what, "see docs/your-data.md")

@@ -11,9 +11,7 @@ import numpy as np
 
 from afferents.errors import InputError
 from afferents.files import walk
-from afferents.recordings import columns
-from afferents.recordings.description import UNITS_MS, Signal
-from afferents.recordings.guess import guess_plainest, guess_rule
+from afferents.recordings import columns, description, guess
 from afferents.recordings.pattern import SPEED
 from afferents.recordings.tables import Numbers, Table, find_dialect, read_columns
 
@@ -35,14 +33,14 @@ def find_tables(folder: Path) -> list[Path]:
 def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     """Return the lines of a `dataset.toml`, and sentences on what was guessed."""
     names = [path.relative_to(folder).as_posix() for path in tables]
-    pattern = guess_rule(names) or guess_plainest(names)
+    pattern = guess.guess_rule(names) or guess.guess_plainest(names)
     lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
     if f"{{{SPEED}}}" in pattern:
         sentence = f"Guessed from the names: {pattern}, with the speed in mm/s."
         lines.append('# speed_unit = "mm/min"  # where it is not mm/s')
     else:
         sentence = f"Guessed from the names: {pattern}; no speed was found in them."
-        if len(names) > 1 and "/" not in pattern and pattern == guess_plainest(names):
+        if len(names) > 1 and "/" not in pattern and pattern == guess.guess_plainest(names):
             such = f"{{texture}}_{{speed}}mms_{{trial}}{Path(names[0]).suffix}"
             sentence = (
                 "No rule was found in the names, so each file counts as a texture of its own: "
@@ -58,11 +56,11 @@ def _guess_signal(tables: Sequence[Path]) -> tuple[list[str], list[str]]:
     files: list[columns.Courses] = []
     times: list[Numbers] = []
     broken: list[InputError] = []
-    form, time = Signal(), None
+    form, time = description.Signal(), None
     for path in tables:
         try:
             if not files:
-                form = find_dialect(path) if path.suffix.lower() == ".csv" else Signal()
+                form = find_dialect(path) if path.suffix.lower() == ".csv" else description.Signal()
             table = read_columns(path, form)
         except InputError as error:
             broken.append(error)
@@ -117,7 +115,7 @@ def _describe_clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str
     steps = [np.diff(one) for one in kept]
     usual = float(np.median([np.median(step) for step in steps]))
     unit = columns.find_unit(usual, max(map(len, kept)), declared)
-    ms, declared_ms = UNITS_MS[unit], usual * UNITS_MS[declared]
+    ms, declared_ms = description.UNITS_MS[unit], usual * description.UNITS_MS[declared]
     usual_ms, mean_ms = usual * ms, float(np.median([step.mean() for step in steps])) * ms
     longest_ms = float(max(step.max() for step in steps)) * ms
     dropped = max(1 - float(columns.find_rows_in_order(one).mean()) for one in times if len(one))
@@ -131,7 +129,7 @@ def _describe_clock(times: Sequence[Numbers], time: str) -> tuple[list[str], str
             f"resample_hz = {float(f'{1000 / mean_ms:.2g}'):g}",
             f"{'# ' * (longest_ms <= 5 * usual_ms)}longest_gap_ms = {math.ceil(longest_ms)}",
         ]
-        if Signal().out_of_order < dropped < _MOST_DROPPED:
+        if description.Signal().out_of_order < dropped < _MOST_DROPPED:
             lines.append(f"out_of_order = {math.ceil(100 * dropped) / 100:g}  # the largest share")
         sentence += f" (median), {mean_ms:.3g} in the mean, so they are resampled"
     if min(one[-1] - one[0] for one in kept) * ms < 1000 * _SHORT_S:

@@ -14,11 +14,9 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 from rich.filesize import decimal
 
-from afferents.documents import as_form, read_toml
+from afferents import documents, outputs, plugins
 from afferents.errors import InputError, reason_of
 from afferents.files import Place, checksum, free_bytes, naming, remove
-from afferents.outputs import writing_alone
-from afferents.plugins import import_extra
 from afferents.progress import Mark, Progress
 from afferents.recordings import listing
 from afferents.recordings.listing import RemoteFile
@@ -55,7 +53,8 @@ def public_sets() -> Mapping[str, PublicSet]:
     """Return the data sets that `fetch` knows, by name."""
     path, what = _HERE / "data_sets.toml", "public data sets"
     return {
-        name: as_form(row, PublicSet, path, what) for name, row in read_toml(path, what).items()
+        name: documents.as_form(row, PublicSet, path, what)
+        for name, row in documents.read_toml(path, what).items()
     }
 
 
@@ -135,7 +134,7 @@ def fetch(
                 f"{folder}: expected room for {decimal(needed)}, found {decimal(free)} on that "
                 "disk; make room, or choose a folder on another disk"
             )
-        with writing_alone(folder, "fetch"):
+        with outputs.writing_alone(folder, "fetch"):
             n_bytes = _bring_all(files, folder, page, progress)
     return Fetched(folder, len(missing), n_here, n_bytes)
 
@@ -178,7 +177,7 @@ def _sum_sizes(files: Sequence[RemoteFile]) -> str:
 
 def _bring_all(files: Sequence[RemoteFile], folder: Path, page: str, progress: Progress) -> int:
     """Check what is here, and fetch what is not; return the size of all, in bytes."""
-    pup = import_extra("fetch", "fetch", "pooch").create(
+    pup = plugins.import_extra("fetch", "fetch", "pooch").create(
         folder.absolute(), "", retry_if_failed=RETRIES, allow_updates=False,
         registry={file.path: file.sha256 for file in files},
         urls={file.path: file.url for file in files},

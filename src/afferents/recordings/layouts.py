@@ -16,11 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from afferents.errors import InputError
-from afferents.recordings import session_file
+from afferents.recordings import media, pictures, session_file
 from afferents.recordings.audio import WavFile
-from afferents.recordings.media import IMAGES, find_media, is_sound, is_video, named
 from afferents.recordings.pattern import SPEED, TEXTURE, Pattern, parse_speed
-from afferents.recordings.pictures import ZIP, ImageFolder, times_beside
 from afferents.recordings.session_file import SESSION_FILES, ListedRecording, SessionFile
 from afferents.recordings.video import VideoFile
 from afferents.store.log import LoggedFile
@@ -98,7 +96,7 @@ def find_video(folder: Path) -> Path | None:
     found = [
         path
         for path in sorted(folder.glob(f"{stem}*"))
-        if path.stem == stem and (path.is_dir() if path.name == stem else is_video(path))
+        if path.stem == stem and (path.is_dir() if path.name == stem else media.is_video(path))
     ]
     if len(found) > 1:
         names = " and ".join(path.name for path in found)
@@ -111,12 +109,12 @@ def make_clip(
 ) -> Video:
     """Return a video, or images as one; `own_hz` and the CSV `times` apply to it alone."""
     true_hz = own_hz or (declared.fps_hz if declared.fps_overrules else None)
-    if not (path.is_dir() or path.suffix.lower() == ZIP):
+    if not (path.is_dir() or path.suffix.lower() == pictures.ZIP):
         return VideoFile(path, true_hz)
-    times = times or times_beside(path)
+    times = times or pictures.times_beside(path)
     if times is None and "fps_hz" in declared.model_fields_set:
         true_hz = true_hz or declared.fps_hz
-    return ImageFolder(path, true_hz, times)
+    return pictures.ImageFolder(path, true_hz, times)
 
 
 def session_around(path: Path) -> tuple[SessionFile, float | None]:
@@ -167,18 +165,18 @@ def _list_by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecord
         raise InputError(f"{where}: expected {expected}, found '{pattern.text}'")
     found = pattern.paths_in(root)
     if not found:
-        there = find_media(root)
+        there = media.find_media(root)
         raise InputError(
             f"{where}: expected files that the pattern '{pattern.text}' fits, found "
-            f"{f'none among {named(root, there)}' if there else 'no recordings at all'}; mend the "
-            "pattern, or list the recordings"
+            f"{f'none among {media.named(root, there)}' if there else 'no recordings at all'}; "
+            "mend the pattern, or list the recordings"
         )
     for path, values in found:
         file = path.relative_to(root).as_posix()
         require_utf8(file)
         # Whether all have sound is checked of all together.
         sound_file = _find_in_any_case(root, sound.filled(values)) if sound else None
-        heard = is_sound(path)
+        heard = media.is_sound(path)
         speed = parse_speed(values[SPEED]) if SPEED in values else None
         if speed == 0:
             raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
@@ -269,8 +267,8 @@ def _require_there(root: Path, file: str | None) -> Path | None:
     if file is None:
         return None
     if not (root / file).exists():
-        there = find_media(root)
-        found = f"no such file (there are {named(root, there)})" if there else "no such file"
+        there = media.find_media(root)
+        found = f"no such file (there are {media.named(root, there)})" if there else "no such file"
         raise InputError(f"{root / file}: expected a file that the session names, found {found}")
     return root / file
 
@@ -278,8 +276,8 @@ def _require_there(root: Path, file: str | None) -> Path | None:
 def find_reference(root: Path, declared: SessionFile, first: Recording) -> Video | None:
     """Return the skin at rest: what is declared, or a clip next to the first recording."""
     if path := _require_there(root, declared.reference):
-        if path.suffix.lower() in IMAGES:
-            return ImageFolder(path, 1.0)
+        if path.suffix.lower() in media.IMAGES:
+            return pictures.ImageFolder(path, 1.0)
         return make_clip(path, declared)
     path = first.source / REFERENCE
     return VideoFile(path) if path.is_file() else None

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from afferents.store.drum_path import DRIVE, Drum
-from afferents.store.log import write_log
+from afferents.store import drum_path, log
 
 FRAMES, SOUND = "frames.csv", "sound.csv"
 
@@ -96,7 +95,7 @@ class Log:
     drive: list[DriveRow] = field(default_factory=list)
     peak: int = 0
     clipped: int = 0
-    drum: Drum | None = None
+    drum: drum_path.Drum | None = None
     rest: bytes = b""
     last: bytes = b""
 
@@ -105,7 +104,7 @@ class Log:
         for name, form, rows, drum in (
             (FRAMES, FrameRow, self.frames, None),
             (SOUND, BlockRow, self.blocks, None),
-            (DRIVE, DriveRow, self.drive, self.drum),
+            (drum_path.DRIVE, DriveRow, self.drive, self.drum),
         ):
             if rows:
-                write_log(folder / name, form._fields, rows, self.origin_s, drum)
+                log.write_log(folder / name, form._fields, rows, self.origin_s, drum)

@@ -13,10 +13,8 @@ import numpy as np
 from afferents.documents import as_form
 from afferents.errors import InputError, reading
 from afferents.quality.issues import KINDS, QualityIssue
-from afferents.recordings import audio, check, layouts, media, session_file
+from afferents.recordings import audio, check, grid, layouts, media, session_file
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.grid import require_grid
-from afferents.recordings.layouts import AUDIO, REFERENCE, VIDEO
 from afferents.recordings.pictures import ZIP
 from afferents.recordings.session_file import SESSION_TOML, ListedRecording, SessionFile, StrictFile
 from afferents.recordings.video import VideoFile
@@ -47,7 +45,7 @@ class Session(RecordingSet):
         videos = [r.video.path for r in self.recordings if isinstance(r.video, VideoFile)]
         declared, why = (
             self.declared,
-            f"not called <texture>/<speed>/{VIDEO} or {AUDIO}",
+            f"not called <texture>/<speed>/{layouts.VIDEO} or {layouts.AUDIO}",
         )
         if declared.names_files:
             of = f"of the pattern '{declared.pattern}'" if declared.pattern else "listed"
@@ -189,12 +187,12 @@ class PublishedSession(DataSet):
             sentences.append(f"The skin at rest is in {session.declared.reference}.")
         elif session.reference:
             sentences.append(
-                f"There is a {REFERENCE}: the order of markers comes from it with the published "
-                "tracker only; the others take it from the sensor's layout."
+                f"There is a {layouts.REFERENCE}: the order of markers comes from it with the "
+                "published tracker only; the others take it from the sensor's layout."
             )
         elif not session.declared.names_files:
             sentences.append(
-                f"There is no {REFERENCE}; it is needed only by the published tracker."
+                f"There is no {layouts.REFERENCE}; it is needed only by the published tracker."
             )
         return sentences + session.left_out()
 
@@ -264,7 +262,8 @@ def make_session(root: Path, declared: SessionFile) -> Session:
         found = find(root, declared)
         there = [] if found else media.find_media(root)
     if not found:
-        expected = f"{root}: expected conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}"
+        files = f"{layouts.VIDEO} or {layouts.AUDIO}"
+        expected = f"{root}: expected conditions <texture>/<speed>/ with {files}"
         if not there:
             raise InputError(f"{expected}, found none of them")
         raise InputError(
@@ -277,6 +276,6 @@ def make_session(root: Path, declared: SessionFile) -> Session:
         return natural_order(one.texture), speed, [*map(natural_order, one.name.split("/"))]
 
     recordings = tuple(sorted(found, key=place))
-    require_grid(root, recordings, declared)
+    grid.require_grid(root, recordings, declared)
     reference = layouts.find_reference(root, declared, recordings[0])
     return Session(root, recordings, reference, declared, layouts.find_press(root, declared))

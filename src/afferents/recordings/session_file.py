@@ -10,22 +10,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PrivateAttr,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+import pydantic
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
-from afferents.choices import Rest
-from afferents.documents import as_form, read_json, read_toml
+from afferents import choices, documents, forms
 from afferents.errors import InputError
-from afferents.forms import StrictForm
 from afferents.store.recording import fold_label
 from afferents.store.responses import VARIABLES, Steady
 
@@ -83,7 +72,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0)]
 
 
-class Logged(StrictForm):
+class Logged(forms.StrictForm):
     """Numbers that something else wrote along with a recording, which the store keeps.
 
     Attributes
@@ -107,7 +96,7 @@ class Logged(StrictForm):
     units: Text
 
 
-class ListedRecording(StrictForm):
+class ListedRecording(forms.StrictForm):
     """A recording: its files, what it is of, and what is peculiar to it.
 
     Attributes
@@ -166,7 +155,7 @@ class ListedRecording(StrictForm):
         """Its video, else its sound."""
         return self.video or self.audio or ""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _has_a_file(self) -> "ListedRecording":
         if self.video is None and self.audio is None:
             raise ValueError("a video, audio, or both")
@@ -184,7 +173,7 @@ FPS = "--fps"
 """The option that says the true frame rate."""
 
 
-class SessionFile(BaseModel):
+class SessionFile(pydantic.BaseModel):
     """What a session file declares; the defaults are the published recordings.
 
     Where it names files, by `pattern` or `recordings`, rates, sizes and channels have no default:
@@ -239,7 +228,7 @@ class SessionFile(BaseModel):
         SHA-256 (hex) of files, by recording and file: ``{"3/50": {"video.mp4": ...}}``.
     """
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = pydantic.ConfigDict(frozen=True, extra="ignore")
 
     sample_rate_hz: float | None = Field(44100, gt=0)
     audio_channels: int | None = Field(2, ge=1)
@@ -261,11 +250,11 @@ class SessionFile(BaseModel):
     sensor: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
     conditions: Conditions = Field(default_factory=dict, exclude_if=lambda given: not given)
     reference: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
-    rest: Rest | None = Field(None, exclude_if=lambda given: given is None)
+    rest: choices.Rest | None = Field(None, exclude_if=lambda given: given is None)
     press: ListedRecording | None = Field(None, exclude_if=lambda given: given is None)
 
-    _file: str = PrivateAttr(default=SESSION_TOML)
-    _notes: tuple[str, ...] | None = PrivateAttr(default=None)
+    _file: str = pydantic.PrivateAttr(default=SESSION_TOML)
+    _notes: tuple[str, ...] | None = pydantic.PrivateAttr(default=None)
 
     @property
     def file(self) -> str:
@@ -310,7 +299,7 @@ class SessionFile(BaseModel):
                 raise InputError(f"{FPS}: expected {expected}, found {found}; leave it out")
         return self.model_copy(update={"fps_hz": true_hz, "fps_overrules": True})
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _has_one_layout(self) -> "SessionFile":
         if self.pattern is not None and self.recordings:
             raise ValueError("a pattern or a list of recordings, not both")
@@ -320,7 +309,7 @@ class SessionFile(BaseModel):
             raise ValueError("fps_overrules needs fps_hz, the true frame rate")
         return self
 
-    @field_validator("sensor_channel")
+    @pydantic.field_validator("sensor_channel")
     @classmethod
     def _sensor_is_on_a_channel(cls, channel: int | None, info: ValidationInfo) -> int | None:
         channels = info.data.get("audio_channels")
@@ -363,10 +352,10 @@ def read_session_file(root: Path) -> SessionFile:
             f"{root}: expected one session file, found {found}; put what counts into one of them"
         )
     if toml.exists():
-        return parse_declaration(read_toml(toml, _WHAT), toml, StrictFile)
+        return parse_declaration(documents.read_toml(toml, _WHAT), toml, StrictFile)
     if not json.exists():
         return SessionFile()
-    content = read_json(json, _WHAT)
+    content = documents.read_json(json, _WHAT)
     if not isinstance(content.get("sensor"), str):  # what some programs note of theirs
         content.pop("sensor", None)
     declared = parse_declaration(content, json)
@@ -388,4 +377,4 @@ def parse_declaration(
         content = {**dict.fromkeys(_UNKNOWN), **content}
     if content.get("audio_channels") == 1:  # the second, as is published, is not there
         content = {"sensor_channel": 0, **content}
-    return as_form(content, form, where, _WHAT)
+    return documents.as_form(content, form, where, _WHAT)

@@ -17,8 +17,8 @@ from afferents.errors import InputError, reading
 from afferents.progress import Progress
 from afferents.quality.frames import FrameFigures
 from afferents.quality.issues import QualityIssue
-from afferents.recordings.media import IMAGES, refuse_bag
-from afferents.recordings.pictures import ZIP, ImageFolder
+from afferents.recordings import media, pictures
+from afferents.recordings.pictures import ImageFolder
 from afferents.store.recording import Frame, Video
 
 _BLACK, _WHITE = 16, 235
@@ -267,8 +267,8 @@ def open_clip(path: Path, fps_hz: float | None = None) -> VideoFile | ImageFolde
     InputError
         If it is neither, or of images without a rate.
     """
-    if not (path.is_dir() or path.suffix.lower() == ZIP):
-        refuse_bag(path)
+    if not (path.is_dir() or path.suffix.lower() == pictures.ZIP):
+        media.refuse_bag(path)
         return open_video(path, fps_hz)
     images = ImageFolder(path, fps_hz)
     _ = images.clock_s
@@ -402,7 +402,7 @@ class Footage:
 
 def _find_turn(path: Path) -> list[QualityIssue]:
     """Find a container's wish that its pictures be shown turned, which is not followed."""
-    if path.is_dir() or path.suffix.lower() in {ZIP, *IMAGES} or not path.exists():
+    if path.is_dir() or path.suffix.lower() in {pictures.ZIP, *media.IMAGES} or not path.exists():
         return []
     with _opened(path) as container:
         turn_deg = next((frame.rotation for frame in container.decode(video=0)), 0)

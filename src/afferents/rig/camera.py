@@ -165,7 +165,8 @@ class Renderer:
         """
         start = int(self._rng.integers(_PLACES))
         grey = np.empty(self._sum.shape, np.uint8)
-        _light_skin(self._skin.ravel(), self._noise[start:], self._sum.ravel())
+        noise = self._noise[start : start + self._sum.size].reshape(self._sum.shape)
+        np.add(self._skin, noise, out=self._sum)
         position = np.asarray(position_px, np.float64)
         _add_discs(self._sum, self._contrast.ravel(), position, self._stamps)
         _expose(self._sum.ravel(), grey.ravel())
@@ -197,13 +198,6 @@ def _stamps(camera: RigCamera) -> NDArray[np.uint8]:
     edge = np.arange(-_REACH_PX, _REACH_PX + 0.5 / _EDGE_STEPS, 1 / _EDGE_STEPS)
     cover = np.rint(_FULL * 0.5 * (1 - erf(edge / (sigma * 2**0.5)))).astype(np.uint8)
     return np.asarray(cover[at.astype(np.int16)], np.uint8)
-
-
-@compiled()
-def _light_skin(skin, noise, total):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill the picture with skin and noise."""
-    for i in range(len(total)):
-        total[i] = skin[i] + noise[i]
 
 
 @compiled()

@@ -5,8 +5,7 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from afferents.choices import Remount
-from afferents.documents import reason_in
+from afferents import choices, documents
 from afferents.errors import InputError
 from afferents.rig.camera import RigCamera
 from afferents.rig.drive import RigDrive
@@ -54,7 +53,7 @@ class Mounting(BaseModel):
     indentation_sd_mm: float = Field(0.1, ge=0)
     tilt_rad: float = Field(0.01, ge=0)
     lateral_mm: float = Field(1.0, ge=0)
-    remount: Remount = "session"
+    remount: choices.Remount = "session"
     friction_sd: float = Field(0.05, ge=0)
     friction_change_sd: float = Field(0.02, ge=0)
     any_angle: float = Field(1.0, ge=0, le=1)
@@ -142,6 +141,6 @@ class Rig(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             raise InputError(
-                f"nuisances: {first['loc'][-1]}: expected {reason_in(first)}, found "
+                f"nuisances: {first['loc'][-1]}: expected {documents.reason_in(first)}, found "
                 f"{first['input']}"
             ) from None

@@ -18,18 +18,8 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.files import holds_only, write_aside
 from afferents.recordings.tactile_bench import LOGS
+from afferents.rig import config, drive, microphone, run
 from afferents.rig.camera import Renderer, RigCamera, project
-from afferents.rig.config import Rig
-from afferents.rig.drive import Slide
-from afferents.rig.microphone import write_wav
-from afferents.rig.run import (
-    CAMERA,
-    MARKERS,
-    Simulated,
-    distinguish_run,
-    make_generator,
-    simulate_run,
-)
 from afferents.rig.surface import Surface
 from afferents.store.drum_path import CONTACT_MM, DRIVE, MARK, Drum
 from afferents.store.log import write_log
@@ -78,7 +68,7 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ri
 
 
 def record(
-    rig: Rig,
+    rig: config.Rig,
     folder: Path,
     texture: str,
     surface: Surface,
@@ -87,7 +77,7 @@ def record(
     seed: int,
     reference: bool = False,
     again: int = 0,
-    slide: Slide | None = None,
+    slide: drive.Slide | None = None,
 ) -> None:
     """Run a drum at a speed and write the recording, whole or not at all.
 
@@ -110,8 +100,8 @@ def record(
     OSError
         If the disk is full.
     """
-    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again, slide)
-    position_px = project(run.position_mm, rig.camera)
+    made = run.simulate_run(rig, texture, surface, speed_mm_s, seconds, seed, again, slide)
+    position_px = project(made.position_mm, rig.camera)
     radius = rig.camera.marker_diameter_mm * rig.camera.px_per_mm / 2
     size = np.array([rig.camera.width, rig.camera.height])
     outside = ((position_px < radius) | (position_px > size - 1 - radius)).any(axis=(0, 2))
@@ -120,27 +110,28 @@ def record(
             f"{folder}: expected pins that stay in the picture, found {int(outside.sum())} that "
             "leave it; press less deep, or lower px_per_mm"
         )
-    filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed, again)
+    filmed_px = filmed_positions(rig, made.position_mm, texture, speed_mm_s, seed, again)
     with write_aside(folder, RECORDED) as partial:
         partial.mkdir()
-        films = [(VIDEO, texture, speed_mm_s, len(run.time_s))]
+        films = [(VIDEO, texture, speed_mm_s, len(made.time_s))]
         if reference:
             films.append((REFERENCE, "rest", 1, round(REFERENCE_S * rig.camera.fps_hz)))
+        others = run.distinguish_run(rig, seed, again)
         for name, shown, speed, n in films:
-            rng = make_generator(seed, shown, speed, CAMERA, distinguish_run(rig, seed, again))
+            rng = run.make_generator(seed, shown, speed, run.CAMERA, others)
             renderer = Renderer(rig.camera, int(rng.integers(2**31)))
-            frames = zip(run.time_s[:n].tolist(), map(renderer.draw, filmed_px[:n]), strict=True)
+            frames = zip(made.time_s[:n].tolist(), map(renderer.draw, filmed_px[:n]), strict=True)
             write_film(partial / name, frames, rig.camera)
-        write_wav(partial / AUDIO, run.room, run.sensor)
-        if run.arm is None:
-            write_way(partial / DRIVE, run, rig.drum.diameter_mm)
+        microphone.write_wav(partial / AUDIO, made.room, made.sensor)
+        if made.arm is None:
+            write_way(partial / DRIVE, made, rig.drum.diameter_mm)
         else:
-            write_arm(partial, *run.arm)
-        write_truth(partial / TRUTH, run, position_px)
+            write_arm(partial, *made.arm)
+        write_truth(partial / TRUTH, made, position_px)
 
 
 def filmed_positions(
-    rig: Rig,
+    rig: config.Rig,
     position_mm: NDArray[np.float64],
     texture: str,
     speed_mm_s: float,
@@ -152,11 +143,12 @@ def filmed_positions(
     true_px = project(position_mm, camera)
     unequal = np.random.default_rng(_TIP).standard_normal(true_px.shape[1])
     size = camera.marker_noise_px * np.exp(camera.marker_unequal * unequal)
-    rng = make_generator(seed, texture, speed_mm_s, MARKERS, distinguish_run(rig, seed, again))
+    others = run.distinguish_run(rig, seed, again)
+    rng = run.make_generator(seed, texture, speed_mm_s, run.MARKERS, others)
     return np.asarray(true_px + rng.standard_normal(true_px.shape) * size[:, None])
 
 
-def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) -> None:
+def write_truth(path: Path, made: run.Simulated, position_px: NDArray[np.float64]) -> None:
     """Write the ground truth of a run.
 
     `time` (frame) in s on the video's clock, `position` (frame, marker, 2) in px as the camera
@@ -164,11 +156,11 @@ def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) ->
     (frame, marker) in mN; positions and pressures to 1/1024.
     """
     truth: dict[str, NDArray[np.floating]] = {
-        "time": run.time_s,
+        "time": made.time_s,
         "position": _rounded(position_px),
-        "drum_angle_rad": run.angle_rad,
-        "speed_mm_s": run.speed_mm_s,
-        "pressure": _rounded(run.pressure_mn),
+        "drum_angle_rad": made.angle_rad,
+        "speed_mm_s": made.speed_mm_s,
+        "pressure": _rounded(made.pressure_mn),
     }
     # As np.savez_compressed, but quick: its level takes four times as long for files 2% smaller.
     with ZipFile(path, "w", ZIP_DEFLATED, compresslevel=1) as archive:
@@ -177,10 +169,10 @@ def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) ->
                 np.lib.format.write_array(file, values, allow_pickle=False)
 
 
-def write_way(path: Path, run: Simulated, diameter_mm: float) -> None:
+def write_way(path: Path, made: run.Simulated, diameter_mm: float) -> None:
     """Write the drum's way as a recorder logs it: of an encoder without error, read every frame."""
-    position_mm = run.angle_rad * diameter_mm / 2
-    rows = zip(run.time_s, position_mm, run.speed_mm_s, strict=True)
+    position_mm = made.angle_rad * diameter_mm / 2
+    rows = zip(made.time_s, position_mm, made.speed_mm_s, strict=True)
     drum = Drum(circumference_mm=np.pi * diameter_mm, contact_mm=CONTACT_MM, zero=MARK)
     write_log(path, ("time_s", "position_mm", "speed_mm_s"), rows, 0.0, drum)
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from afferents.errors import InputError
+from afferents.rig import drive, microphone
 from afferents.rig.config import DEEPEST_MM, Mounting, Rig
-from afferents.rig.drive import MOTOR_TURNS, Slide, Turning, turn
-from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, bumped_surface, soft_maximum
 
@@ -198,7 +197,7 @@ def simulate_run(
     seconds: float,
     seed: int,
     again: int = 0,
-    slide: Slide | None = None,
+    slide: drive.Slide | None = None,
 ) -> Simulated:
     """Run a drum at a speed, or through a sweep whose mean that is.
 
@@ -226,7 +225,7 @@ def simulate_run(
             f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
             f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
         )
-    turning = turn(
+    turning = drive.turn(
         speed_mm_s,
         seconds + SPARE_S,
         rig.drive,
@@ -248,11 +247,11 @@ def _take_up(
     rig: Rig,
     drawn: Drawn,
     surface: Surface,
-    turning: Turning,
+    turning: drive.Turning,
     frames_s: NDArray[np.float64],
     seconds: float,
     rng: np.random.Generator,
-    slide: Slide | None = None,
+    slide: drive.Slide | None = None,
 ) -> Simulated:
     """Return what camera and microphone take of a drum that turns so, and what an arm logs."""
     force_s = _NEVER if slide is None else np.arange(0, seconds, 1 / FORCE_HZ)
@@ -287,12 +286,13 @@ def press(
     rig: Rig,
     drawn: Drawn,
     surface: Surface,
-    turning: Turning,
+    turning: drive.Turning,
     frames_s: NDArray[np.float64],
     force_s: NDArray[np.float64] = _NEVER,
 ) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time; its wrench is taken at `force_s`."""
-    nodules = soft_maximum(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
+    width_mm = rig.skin.footprint_mm if rig.skin.nodular else rig.skin.flat_mm  # that a node feels
+    nodules = soft_maximum(surface, width_mm, rig.skin.bridging_per_mm)
     factor = drawn.friction * nodules.friction_factor
     skin = rig.skin.model_copy(update={"friction": rig.skin.friction * factor})
     lattice = SkinOnDrum(
@@ -353,21 +353,21 @@ def _spread(skin: Skin) -> NDArray[np.float32]:
 def listen(
     rig: Rig,
     skin: SkinResponse,
-    turning: Turning,
+    turning: drive.Turning,
     seconds: float,
     offset_s: float,
     rng: np.random.Generator,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the sensor's and the room's channel, full scale 1, on the audio's clock."""
-    sensor = heard(skin.pressure_rate, skin.shear_rate, PHYSICS_RATE_HZ, rig.microphone)
-    n = round(seconds * SAMPLE_RATE_HZ)
-    time = np.arange(len(sensor)) / SAMPLE_RATE_HZ
+    sensor = microphone.heard(skin.pressure_rate, skin.shear_rate, PHYSICS_RATE_HZ, rig.microphone)
+    n = round(seconds * microphone.SAMPLE_RATE_HZ)
+    time = np.arange(len(sensor)) / microphone.SAMPLE_RATE_HZ
     angle = np.interp(time, turning.time_s, turning.angle_rad)
-    motor_turns = angle * (MOTOR_TURNS / (2 * math.pi))
+    motor_turns = angle * (drive.MOTOR_TURNS / (2 * math.pi))
     moving = np.interp(time, turning.time_s, turning.speed_mm_s)
-    sensor = sensor + disturbances(motor_turns, moving / 100, rig.microphone, rng)
+    sensor = sensor + microphone.disturbances(motor_turns, moving / 100, rig.microphone, rng)
     room = rng.normal(0, rig.microphone.room_noise, n)
-    first = round(-offset_s * SAMPLE_RATE_HZ)
+    first = round(-offset_s * microphone.SAMPLE_RATE_HZ)
     quiet = np.zeros(max(0, -first))
     return np.concatenate([quiet, sensor])[max(0, first) :][:n], room
 
@@ -412,7 +412,7 @@ def tap(
         deepest = depth - sooner_mm - drawn.indentation_mm
         pressed = np.maximum(pressed, share * (_OFF_MM + deepest) - _OFF_MM)
     still = np.zeros(len(time))
-    turning = Turning(time, still + drawn.start_rad, still, pressed)
+    turning = drive.Turning(time, still + drawn.start_rad, still, pressed)
     frames = frame_times(rig, seconds, make_generator(seed, texture, speed_mm_s, CAMERA, others))
     smooth = bumped_surface(0.0, rig.drum)
     return _take_up(rig, drawn, smooth, turning, frames, seconds, rng)

@@ -9,16 +9,14 @@ from afferents.documents import reason_in
 from afferents.errors import InputError, then
 from afferents.markers.detect import spacing_px
 from afferents.markers.sensor import BlobDetector, Sensor
-from afferents.rig.camera import RigCamera
-from afferents.rig.config import Rig
-from afferents.rig.kernel import N_SIDE
+from afferents.rig import camera, config, kernel
 from afferents.rig.skin import Skin
 
 _SQUARE_SHARE = 0.8
 """Of the picture's smaller side that a square layout takes up, whose file does not say where."""
 
 
-def make_rig(sensor: Sensor) -> Rig:
+def make_rig(sensor: Sensor) -> config.Rig:
     """Return a rig whose skin has the sensor's pins, and whose camera sees them as it does.
 
     Pins stand where the sensor file's markers are, in the same order, with their middle on the
@@ -32,12 +30,12 @@ def make_rig(sensor: Sensor) -> Rig:
         has a lens that bends the picture (as the rig's camera has), or if its pins don't fit on a
         drum.
     """
-    size = sensor.width or RigCamera().width, sensor.height or RigCamera().height
-    lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
+    size = sensor.width or camera.RigCamera().width, sensor.height or camera.RigCamera().height
+    lattice = (kernel.N_SIDE, kernel.N_SIDE, Skin().pitch_mm)
     is_own = (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice
     seen = (*size, bool(sensor.looks.blob_colour), sensor.lens)
-    if is_own and seen == (RigCamera().width, RigCamera().height, True, None):
-        return Rig()
+    if is_own and seen == (camera.RigCamera().width, camera.RigCamera().height, True, None):
+        return config.Rig()
     where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
     if (pitch := sensor.pitch_mm) is None:
         raise InputError(
@@ -63,7 +61,7 @@ def make_rig(sensor: Sensor) -> Rig:
         px_per_mm = spacing_px(markers) / pitch
         pins = (markers - markers.mean(axis=0)) / px_per_mm
     try:
-        return Rig(
+        return config.Rig(
             skin=Skin(pins_mm=tuple((round(float(x), 4), round(float(y), 4)) for x, y in pins)),
             camera=_make_camera(sensor, px_per_mm, size),
         )
@@ -72,9 +70,9 @@ def make_rig(sensor: Sensor) -> Rig:
         raise InputError(f"{where}: expected pins that the rig can have, found {found}") from None
 
 
-def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> RigCamera:
+def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> camera.RigCamera:
     """Return a camera to whose pictures the sensor file's detector applies."""
-    detector, usual = sensor.looks, RigCamera()
+    detector, usual = sensor.looks, camera.RigCamera()
     if isinstance(detector, BlobDetector):
         area = (detector.min_area_px2 + detector.max_area_px2) / 2
         diameter_px = 2 * math.sqrt(area / math.pi)
@@ -82,7 +80,7 @@ def _make_camera(sensor: Sensor, px_per_mm: float, size: tuple[int, int]) -> Rig
         diameter_px = 2 * detector.radius_px
     greys = usual.marker_grey, usual.skin_grey
     marker, skin = greys if detector.blob_colour else greys[::-1]
-    return RigCamera(
+    return camera.RigCamera(
         width=size[0],
         height=size[1],
         px_per_mm=px_per_mm,

@@ -6,22 +6,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from afferents import files
-from afferents.choices import Nodules, Remount, Size, parse_numbers, require_workers
-from afferents.documents import read_json
+from afferents import choices, documents, files, outputs, parallel
 from afferents.errors import InputError
-from afferents.files import Place
 from afferents.markers.sensor import resolve_sensor
-from afferents.outputs import writing_alone
-from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.session_file import SESSION_FILE
-from afferents.rig.drive import FASTEST_MM_S, STEADY_S
+from afferents.rig import drive, surface
 from afferents.rig.record import ARM_LOGS, AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Run, Simulation, make_simulation, run_name
-from afferents.rig.surface import bumped_surface
-from afferents.store.drum_path import DRIVE
-from afferents.store.recording import LETTERS, RecordingSet, require_distinct
+from afferents.store import drum_path, recording
 
 if TYPE_CHECKING:
     from afferents.markers.sensor import Sensor
@@ -53,23 +46,24 @@ def simulate_session(
         recordings finished before stay.
     """
     for speed in simulation.speeds_mm_s:
-        if not 0 < speed <= FASTEST_MM_S:
+        if not 0 < speed <= drive.FASTEST_MM_S:
             raise InputError(
-                f"--speeds: expected speeds above 0 and up to {FASTEST_MM_S:g} mm/s, found "
+                f"--speeds: expected speeds above 0 and up to {drive.FASTEST_MM_S:g} mm/s, found "
                 f"{speed:g}"
             )
     named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
-    require_distinct("--speeds", simulation.textures, named)
-    if not STEADY_S < simulation.seconds < math.inf:
+    recording.require_distinct("--speeds", simulation.textures, named)
+    if not drive.STEADY_S < simulation.seconds < math.inf:
         raise InputError(
-            f"--seconds: expected more than {STEADY_S:g} (the drum runs up before that), found "
-            f"{simulation.seconds:g}"
+            f"--seconds: expected more than {drive.STEADY_S:g} (the drum runs up before that), "
+            f"found {simulation.seconds:g}"
         )
     simulation.config()  # refuses what can't be drawn, before anything is written
-    with writing_alone(simulation.session, "simulate"):
+    with outputs.writing_alone(simulation.session, "simulate"):
         _claim(simulation)
         files.remove_partials(simulation.session)
-        needed = (VIDEO, AUDIO, TRUTH, *((DRIVE,) if simulation.sweep is None else ARM_LOGS))
+        logs = (drum_path.DRIVE,) if simulation.sweep is None else ARM_LOGS
+        needed = (VIDEO, AUDIO, TRUTH, *logs)
         missing = []  # runs that lack a file, or were never recorded
         for run in simulation.names:
             names = (*needed, REFERENCE) if run == simulation.names[0] else needed
@@ -78,19 +72,23 @@ def simulate_session(
                 missing.append(run)
         if cluster is None:
             jobs = ((simulation, run) for run in missing)
-            recorded: Iterator[str] = side_by_side(_record_one, jobs, workers, progress.note)
+            recorded: Iterator[str] = parallel.side_by_side(
+                _record_one, jobs, workers, progress.note
+            )
         else:
             session = simulation.session.resolve()
             sent = simulation.model_copy(update={"session": session}).model_dump_json()
             orders = ((sent, run) for run in missing)
-            recorded = on_cluster(_record_far, orders, cluster, session, SAME + OF_RECORDINGS)
+            recorded = parallel.on_cluster(
+                _record_far, orders, cluster, session, parallel.SAME + parallel.OF_RECORDINGS
+            )
         n = len(simulation.names)
         with progress.task("simulating", n) as mark:
             mark(n - len(missing))
             for done, name in enumerate(recorded, start=n - len(missing) + 1):
                 mark(done, name)
         session_file = simulation.session / SESSION_FILE
-        if missing or _CHECKSUMS not in read_json(session_file, _A_SESSION):
+        if missing or _CHECKSUMS not in documents.read_json(session_file, _A_SESSION):
             folders = {name: simulation.session / name for name in map(run_name, simulation.names)}
             sums = {
                 name: {file: files.checksum(folder / file) for file in (VIDEO, AUDIO, TRUTH)}
@@ -112,7 +110,7 @@ def _claim(simulation: Simulation) -> None:
     """Write session.json, or see that the one there is the same."""
     path = simulation.session / SESSION_FILE
     if path.is_file():
-        earlier, now = read_json(path, _A_SESSION), simulation.config()
+        earlier, now = documents.read_json(path, _A_SESSION), simulation.config()
         for config in (earlier, now):
             for name in (RUNS, _CHECKSUMS):
                 config.pop(name, None)
@@ -140,30 +138,30 @@ def _record_one(simulation: Simulation, run: Run) -> str:
     return run_name(run)
 
 
-_make_drum = lru_cache(maxsize=1)(bumped_surface)
+_make_drum = lru_cache(maxsize=1)(surface.bumped_surface)
 """A drum's surface, made once for its runs in a row."""
 
 
 def simulate(
-    session: Place,
-    preset: Size = "quick",
+    session: files.Place,
+    preset: choices.Size = "quick",
     textures: str | Iterable[str] = "abcdefghijklm",
     speeds_mm_s: str | Iterable[float] | None = None,
     seconds: float | None = None,
     seed: int = 0,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Remount = "session",
+    remount: choices.Remount = "session",
     reprint: int | None = None,
     indentation_mm: float | None = None,
-    nodules: Nodules = "on",
+    nodules: choices.Nodules = "on",
     sensor: "str | Path | Sensor" = "tip_b",
     sweep: str | None = None,
     repetitions: int | None = None,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
-) -> RecordingSet:
+) -> recording.RecordingSet:
     """Simulate a session: a fingertip slides over textured drums, filmed and recorded.
 
     Writes raw mp4 and wav files, as a real rig would.
@@ -231,10 +229,10 @@ def simulate(
     from afferents.recordings.data_sets import read_session
     from afferents.rig.sensor_rig import make_rig
 
-    require_workers(workers)
-    speeds = None if speeds_mm_s is None else parse_numbers(speeds_mm_s, "--speeds")
+    choices.require_workers(workers)
+    speeds = None if speeds_mm_s is None else choices.parse_numbers(speeds_mm_s, "--speeds")
     given = resolve_sensor(sensor)
-    if isinstance(textures, str) and not set(textures) <= set(LETTERS):
+    if isinstance(textures, str) and not set(textures) <= set(recording.LETTERS):
         textures = textures.split(",")
     with Progress(quiet) as progress:
         wanted = make_simulation(

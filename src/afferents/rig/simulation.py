@@ -14,9 +14,8 @@ from pydantic import BaseModel, ConfigDict
 from afferents.choices import LARGEST_SEED, Nodules, Remount, Size, require_number
 from afferents.errors import InputError
 from afferents.recordings.tactile_bench import LOGS
+from afferents.rig import drive, drums
 from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
-from afferents.rig.drive import CHANGE, DEEPER, FASTEST_MM_S, STEADY_S, Slide, draw_slides
-from afferents.rig.drums import height_map, texture_name
 from afferents.rig.record import AUDIO, TIME, VIDEO
 from afferents.rig.run import SWEEP, draw, make_generator
 from afferents.rig.surface import Surface
@@ -74,13 +73,13 @@ class Simulation(BaseModel):
         times = range(1, self.repetitions + 1) if self.sweep else (0,)
         return [(t, speed, n) for t in ordered for speed in sorted(self.speeds_mm_s) for n in times]
 
-    def slide(self, repetition: int) -> Slide | None:
+    def slide(self, repetition: int) -> drive.Slide | None:
         """Return speeds and depths of a repetition; None for a constant speed."""
         if self.sweep is None:
             return None
         rng = make_generator(self.seed, None, None, SWEEP)  # alike for all textures
-        drawn = draw_slides(self.repetitions, self.rig.mounting.indentation_mm, rng)
-        return Slide(*self.sweep, *drawn[repetition - 1].tolist())
+        drawn = drive.draw_slides(self.repetitions, self.rig.mounting.indentation_mm, rng)
+        return drive.Slide(*self.sweep, *drawn[repetition - 1].tolist())
 
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
@@ -88,6 +87,10 @@ class Simulation(BaseModel):
             name: hashlib.sha256(surface.height_mm.tobytes()).hexdigest()
             for name, surface in sorted(self.surfaces.items())
         }
+        drawn = {}
+        for run in self.names:
+            slide, of_run = self.slide(run[2]), draw(self.rig, *run[:2], self.seed, run[2])
+            drawn[run_name(run)] = {**of_run._asdict(), **(slide._asdict() if slide else {})}
         return {
             "simulated": True,
             "sensor": self.sensor,
@@ -95,7 +98,7 @@ class Simulation(BaseModel):
             "frame_width": self.rig.camera.width,
             "frame_height": self.rig.camera.height,
             "direction": "+x",
-            "steady_s": [STEADY_S, self.seconds],
+            "steady_s": [drive.STEADY_S, self.seconds],
             "textures": sorted(self.textures, key=natural_order),
             **({"speeds_mm_s": sorted(self.speeds_mm_s)} if self.sweep is None else self._swept()),
             "seconds": self.seconds,
@@ -103,16 +106,12 @@ class Simulation(BaseModel):
             "rig": self.rig.model_dump(mode="json"),
             **({"conditions": dict(self.conditions)} if self.conditions else {}),
             **({"height_maps": digests} if digests else {}),
-            RUNS: {run_name(run): self._draw(run) for run in self.names},
+            RUNS: drawn,
             "versions": {
                 "afferents": __version__,
                 **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
             },
         }
-
-    def _draw(self, run: Run) -> dict[str, Any]:
-        slide, drawn = self.slide(run[2]), draw(self.rig, *run[:2], self.seed, run[2])
-        return {**drawn._asdict(), **(slide._asdict() if slide else {})}
 
     def _swept(self) -> dict[str, Any]:
         """Return what session.json says of a sweep: which files are recordings, and their logs."""
@@ -123,7 +122,7 @@ class Simulation(BaseModel):
                 "texture": run[0],
                 "repetition": str(run[2]),
                 "id": run_name(run),
-                "steady_s": [STEADY_S, self.seconds],
+                "steady_s": [drive.STEADY_S, self.seconds],
                 "beside": [
                     {**log, "file": f"{run_name(run)}/{log['file']}", "time": TIME} for log in LOGS
                 ],
@@ -136,7 +135,7 @@ class Simulation(BaseModel):
     @cached_property
     def surfaces(self) -> dict[str, Surface]:
         """Return the surface of each height map by name, read once."""
-        return dict(height_map(text, self.rig.drum) for text in self.height_maps.values())
+        return dict(drums.height_map(text, self.rig.drum) for text in self.height_maps.values())
 
 
 def make_simulation(
@@ -208,7 +207,7 @@ def make_simulation(
     ).with_nuisances(nuisance_strengths(nuisances))
     maps = {text.partition("=")[0]: text for text in height_maps}
     folders = dict.fromkeys(
-        texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
+        drums.texture_name(str(texture).strip(), maps) for texture in [*textures, *maps]
     )
     if repetitions is not None and sweep is None:
         raise InputError("--repetitions: expected --sweep with it, found none; leave it out")
@@ -272,12 +271,12 @@ def _parse_sweep(text: str, usual_mm: float) -> tuple[float, float, bool]:
     """Return slowest and fastest speed, mm/s, and whether the speed is a sinusoid."""
     found = re.fullmatch(r"(\d+\.?\d*):(\d+\.?\d*)(:sine)?", text)
     low, high = (float(found[1]), float(found[2])) if found else (0.0, 0.0)
-    if found is None or not 0 < low < high <= FASTEST_MM_S:
+    if found is None or not 0 < low < high <= drive.FASTEST_MM_S:
         raise InputError(
             "--sweep: expected SLOW:FAST or SLOW:FAST:sine, speeds above 0 and up to "
-            f"{FASTEST_MM_S:g} mm/s, the slower first, found '{text}'; give such as 20:80"
+            f"{drive.FASTEST_MM_S:g} mm/s, the slower first, found '{text}'; give such as 20:80"
         )
-    if (deepest := 1 + DEEPER + CHANGE) * usual_mm > DEEPEST_MM:
+    if (deepest := 1 + drive.DEEPER + drive.CHANGE) * usual_mm > DEEPEST_MM:
         raise InputError(
             f"--indentation: expected at most {DEEPEST_MM / deepest:.2f} mm with --sweep, which "
             f"presses up to {deepest:g} times as deep, found {usual_mm:g}; press less deep"

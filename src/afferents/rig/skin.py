@@ -168,11 +168,6 @@ class Skin(BaseModel):
         row, column = np.indices((N_SIDE, N_SIDE))
         return np.asarray((row + column).ravel() % 2 == 0)
 
-    @property
-    def feels_mm(self) -> float:
-        """Width of what one node feels, mm."""
-        return self.footprint_mm if self.nodular else self.flat_mm
-
     def gains(self) -> NDArray[np.float64]:
         """Return how far each pin tips, over the mean, (n_nodes,); within two deviations."""
         drawn = np.random.default_rng(_TIP).standard_normal(self.n_nodes)

@@ -14,8 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from afferents import dims
-from afferents.documents import as_form
+from afferents import dims, documents
 from afferents.errors import InputError
 from afferents.store.log import read_log
 
@@ -128,7 +127,7 @@ def logged_path(folder: Path) -> DrumPath | None:
     if (log := read_log(path, {"time_s": float, "position_mm": float})) is None:
         return None
     head, table = log
-    drum = None if head.drum is None else as_form(head.drum, Drum, path, _WHAT)
+    drum = None if head.drum is None else documents.as_form(head.drum, Drum, path, _WHAT)
     values = table.to_numpy()
     time_s, position = values[np.isfinite(values).all(axis=1)].T
     if (np.diff(time_s) < 0).any():
@@ -156,5 +155,5 @@ def read_path(responses: xr.Dataset) -> DrumPath | None:
         return None
     stored = responses[dims.DRUM_POSITION]
     where = f"{dims.DRUM_POSITION} of {responses.attrs['name']}"
-    drum = as_form(stored.attrs, Drum, where, _WHAT)
+    drum = documents.as_form(stored.attrs, Drum, where, _WHAT)
     return DrumPath(drum, stored[dims.DRIVE_TIME].values, stored.values.astype(float))

@@ -16,8 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from afferents import dims
-from afferents.documents import as_form, parse_json
+from afferents import dims, documents
 from afferents.errors import InputError, reading
 from afferents.files import write_aside
 
@@ -75,8 +74,8 @@ def read_log(path: Path, columns: Mapping[str, type]) -> tuple[Head, pd.DataFram
     what = f"a log with {', '.join(columns)}"
     with reading(path, what, OSError, ValueError, do=_DO):
         with path.open(encoding="utf-8", newline="") as file:
-            content = parse_json(file.readline().removeprefix("#"), path, what, _DO)
-            head = as_form(content, Head, path, what, _DO)
+            content = documents.parse_json(file.readline().removeprefix("#"), path, what, _DO)
+            head = documents.as_form(content, Head, path, what, _DO)
             # Nothing but nan stands for a number that is not known.
             kinds = dict(columns)
             table = pd.read_csv(file, dtype=kinds, keep_default_na=False, na_values=["nan"])
@@ -114,10 +113,6 @@ class Lag(NamedTuple):
     error_s: float = 0.0
     explained: float = 1.0
     at_s: float | None = None
-
-    def error_at(self, at_s: float) -> float:
-        """Return the uncertainty at another time, s: from then on the clocks may have drifted."""
-        return self.error_s if self.at_s is None else self.error_s + DRIFT * abs(at_s - self.at_s)
 
 
 AHEAD_BY_NOTHING = Lag()
@@ -186,6 +181,8 @@ class LoggedFile:
         """
         time_s, values = self.read()
         clock, axis = f"{self.name}_time", f"{self.name}_axis"
+        measured_s = origin_s if self.lag.at_s is None else self.lag.at_s
+        drift_s = DRIFT * abs(origin_s - measured_s)  # from then on the clocks may have drifted
         return xr.DataArray(
             values.astype(np.float32),
             dims=(clock, axis),
@@ -193,6 +190,6 @@ class LoggedFile:
             attrs={
                 dims.UNITS: self.units,
                 "clock_ahead_s": self.lag.seconds,
-                "clock_error_s": self.lag.error_at(origin_s),
+                "clock_error_s": self.lag.error_s + drift_s,
             },
         )

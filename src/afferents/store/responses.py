@@ -35,8 +35,7 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Json, field_validator
 
-from afferents import dims
-from afferents.documents import as_form
+from afferents import dims, documents
 from afferents.errors import InputError, reading
 from afferents.quality.issues import QualityIssue
 from afferents.store.integrity import require_values
@@ -150,7 +149,7 @@ def conditions(responses: Responses) -> dict[str, str | float]:
 
 def _declared(responses: Responses) -> _Declared:
     where = responses.attrs.get("name", "a recording")
-    return as_form(_plain(responses), _Declared, where, _ATTRIBUTES, _AGAIN)
+    return documents.as_form(_plain(responses), _Declared, where, _ATTRIBUTES, _AGAIN)
 
 
 def _plain(responses: Responses) -> dict[str, Any]:
@@ -217,7 +216,7 @@ def check_responses(responses: Responses, where: Path | str) -> Responses:
     for attribute in ("name", dims.TEXTURE, dims.SPEED):
         if attribute not in responses.attrs:
             raise InputError(f"{where}: expected the attribute '{attribute}', found none")
-    as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
+    documents.as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
     _check_clocks(responses, where)
     _check_layout(responses, where)
     return responses

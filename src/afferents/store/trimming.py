@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.choices import Cut
+from afferents import choices, dims
 from afferents.errors import InputError, then
 from afferents.quality.lasting import EDGE_S
 from afferents.store.responses import Responses
@@ -20,7 +19,7 @@ AUDIO_S = 60.0
 
 
 def cut_frames(
-    time_s: NDArray[np.float64], cut: Cut, steady_s: tuple[float, float] | None, name: str
+    time_s: NDArray[np.float64], cut: choices.Cut, steady_s: tuple[float, float] | None, name: str
 ) -> slice:
     """Return the frames of a recording that the cut keeps.
 
@@ -57,7 +56,7 @@ def cut_frames(
 def cut_audio(
     n_samples: int,
     sample_rate_hz: float,
-    cut: Cut,
+    cut: choices.Cut,
     steady_s: tuple[float, float] | None,
     name: str,
 ) -> slice:
@@ -101,7 +100,7 @@ Steady = tuple[float, float]
 """Start and end of constant speed, s."""
 
 
-def parse_steady(wanted: str | Sequence[float] | None, cut: Cut) -> Steady | None:
+def parse_steady(wanted: str | Sequence[float] | None, cut: choices.Cut) -> Steady | None:
     """Return a steady part, s, as it is given to a command: ``0.2:2.8``, or two times.
 
     Raises

@@ -16,8 +16,7 @@ from typing import Any
 import xarray as xr
 from pydantic import BaseModel
 
-from afferents import dims, files
-from afferents.documents import as_form, read_json
+from afferents import dims, documents, files
 from afferents.errors import InputError, reading, then
 from afferents.quality.image import ImageQuality
 from afferents.store import integrity
@@ -70,7 +69,11 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
                         f"found those of '{has['name']}'{which}; choose another name for the "
                         "store, remove this one, or give that sensor"
                     )
-            files.require_same_config(store, "responses", _fixed(earlier), _fixed(config))
+            before, now = (
+                {name: value for name, value in one.items() if name not in FOLLOWS}
+                for one in (earlier, config)
+            )
+            files.require_same_config(store, "responses", before, now)
         if earlier == config:
             return
     else:
@@ -125,7 +128,9 @@ def store_config(store: Path) -> dict[str, Any]:
             f"{store}: expected format {FORMAT!r}, schema {SCHEMA}, found {found}{then(do)}"
         )
     config: dict[str, Any] = attributes.get("config", {})
-    as_form(config, _Config, store / ROOT, "the configuration of a store", "extract again")
+    documents.as_form(
+        config, _Config, store / ROOT, "the configuration of a store", "extract again"
+    )
     return config
 
 
@@ -242,7 +247,12 @@ def open_responses(store: str | Path) -> list[Responses]:
     store = Path(store)
     names = sorted(store_config(store)["recordings"], key=Path)
     opened = [_open(store, name) for name in names if (store / name / ROOT).is_file()]
-    _require_known(store, names)
+    known = {store / name for name in names}
+    folders = {one for path in known for one in path.parents if one.is_relative_to(store)}
+    for group in sorted(path.parent for one in folders for path in one.glob(f"[!.]*/{ROOT}")):
+        if group not in known | folders:  # such as one that was copied by hand
+            expected = "a recording that the store names, as 'extract' writes it"
+            raise InputError(f"{group}: expected {expected}, found another; remove it")
     if not opened:
         raise InputError(f"{store}: expected at least one recording, found none; extract again")
 
@@ -252,16 +262,6 @@ def open_responses(store: str | Path) -> list[Responses]:
         return natural_order(one.attrs[dims.TEXTURE]), speed, one.attrs["name"]
 
     return sorted(opened, key=place)
-
-
-def _require_known(store: Path, names: Sequence[str]) -> None:
-    """Refuse a store with groups other than its recordings, such as one that was copied by hand."""
-    known = {store / name for name in names}
-    folders = {one for path in known for one in path.parents if one.is_relative_to(store)}
-    for group in sorted(path.parent for one in folders for path in one.glob(f"[!.]*/{ROOT}")):
-        if group not in known | folders:
-            expected = "a recording that the store names, as 'extract' writes it"
-            raise InputError(f"{group}: expected {expected}, found another; remove it")
 
 
 def open_whole(store: str | Path) -> list[Responses]:
@@ -302,7 +302,7 @@ def missing_from(config: Mapping[str, Any], there: Sequence[Responses]) -> list[
 
 def _open(store: Path, name: str) -> Responses:
     group = store / name
-    read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
+    documents.read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
     with reading(group, "responses that can be read", do="remove the folder and extract again"):
         integrity.require_all_chunks(group)
         responses = xr.open_zarr(group, consolidated=False, chunks=None)
@@ -317,10 +317,6 @@ def _open(store: Path, name: str) -> Responses:
             f"{group}: expected the responses of '{name}', found {found}; extract again"
         )
     return checked
-
-
-def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in config.items() if name not in FOLLOWS}
 
 
 def _choose_chunks(variable: xr.DataArray) -> dict[str, Any]:
