@@ -6,16 +6,14 @@ import xarray as xr
 
 from afferents.choices import Method, require_workers
 from afferents.errors import InputError, PartialFailureError
-from afferents.extraction.extract import extract_session, marker_responses
-from afferents.extraction.options import Extraction
+from afferents.extraction import extract, options
 from afferents.files import Place, require_free
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_track_issues
 from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
-from afferents.recordings.media import is_image_folder
-from afferents.recordings.session_file import parse_rate
+from afferents.recordings import media, session_file
 from afferents.recordings.video import VideoWithProgress, open_clip, open_video
 from afferents.store.recording import Video
 from afferents.store.zarr_store import TRACKS, is_tracks, write_group
@@ -72,20 +70,20 @@ def track_into(
     """
     require_workers(workers)
     given = None if sensor is None else resolve_sensor(sensor)
-    if source.is_dir() and not is_image_folder(source):
-        extraction = Extraction(
+    if source.is_dir() and not media.is_image_folder(source):
+        extraction = options.Extraction(
             session=source, out=out, sensor=given, method=method, workers=workers,
             vibration=False, cluster=cluster, fps_hz=fps_hz,
         )  # fmt: skip
         with Progress(quiet) as progress:
-            extract_session(extraction, progress)
+            extract.extract_session(extraction, progress)
         return []
     if cluster is not None:
         raise InputError(
             "--cluster: expected a session, whose videos go side by side, found one video"
         )
     require_free(out, is_tracks, force=force, reads=[source])
-    video = open_clip(source, None if fps_hz is None else parse_rate(fps_hz))
+    video = open_clip(source, None if fps_hz is None else session_file.parse_rate(fps_hz))
     why = ""
     if given is None:
         given, why = recognise_sensor(video)
@@ -110,7 +108,7 @@ def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = F
         As `markers.track`.
     """
     tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return marker_responses(tracks, sensor)
+    return extract.marker_responses(tracks, sensor)
 
 
 def track(
