@@ -88,27 +88,15 @@ def track_into(
     if given is None:
         given, why = recognise_sensor(video)
     with Progress(quiet) as progress:
-        found = tracked(VideoWithProgress(video, progress), given, method, keep_partial=True)
+        shown = VideoWithProgress(video, progress)
+        tracks = track_markers(shown, given, method, keep_partial=True)
+    found = extract.marker_responses(tracks, given)
     write_group(out, found.assign_attrs(format=TRACKS))
     if found.attrs["stopped"]:
         kept = f"{found.sizes['time']} frames before that are kept in {out}, marked as stopped"
         raise PartialFailureError(f"{found.attrs['stopped']}; {kept}")
     issues = [issue.sentence for issue in find_track_issues(found, source) if not issue.is_refused]
     return [why] * bool(why) + describe(found) + issues
-
-
-def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = False) -> xr.Dataset:
-    """Return the marker tracks of a video, as `markers.track` does, with SA-I and RA-I.
-
-    Positions are as a lens without distortion would have shown them.
-
-    Raises
-    ------
-    InputError
-        As `markers.track`.
-    """
-    tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return extract.marker_responses(tracks, sensor)
 
 
 def track(
@@ -144,4 +132,5 @@ def track(
     {'time': 45, 'marker': 361, 'space': 2}
     """
     opened = open_video(video) if isinstance(video, str | Path) else video
-    return tracked(opened, resolve_sensor(sensor), method)
+    given = resolve_sensor(sensor)
+    return extract.marker_responses(track_markers(opened, given, method), given)

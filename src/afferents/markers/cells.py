@@ -15,12 +15,6 @@ STILL = 2.0
 """Where pictures differ more from the first, in grey levels over all pixels, the skin moves."""
 
 
-def still_picture(images: Sequence[GreyImage]) -> GreyImage:
-    """Return the median of pictures, (height, width), up to where the skin moves."""
-    off = [cv2.norm(image, images[0], cv2.NORM_L1) / image.size for image in images]
-    return rest.median_picture(images[: int(np.argmax(np.array(off) > STILL)) or len(images)])
-
-
 class Cells:
     """Says how far each cell of a picture is from rest, where a `Tracker` says where markers are.
 
@@ -30,7 +24,7 @@ class Cells:
     Parameters
     ----------
     frames
-        That show the skin at rest; see `still_picture`.
+        That show the skin at rest; their median counts, up to where the skin moves.
     sensor
         Says how many rows and columns of cells the upright picture has.
     where
@@ -58,7 +52,10 @@ class Cells:
         assert sensor.rows is not None
         assert sensor.columns is not None
         self._levels = frames[0].levels
-        self._rest = still_picture([frame.image for frame in frames[: rest.N_FRAMES]])
+        images = [frame.image for frame in frames[: rest.N_FRAMES]]
+        off = [cv2.norm(image, images[0], cv2.NORM_L1) / image.size for image in images]
+        n_still = int(np.argmax(np.array(off) > STILL)) or len(images)
+        self._rest = rest.median_picture(images[:n_still])
         y, x = np.indices(self._rest.shape).reshape(2, -1)
         pixel = np.stack([x, y], axis=1).astype(np.float64)
         up = detect.turned(pixel, sensor) + 0.5
