@@ -6,17 +6,10 @@ from abc import abstractmethod
 from typing import Annotated, Any, Literal, NamedTuple, NoReturn, Self
 
 import numpy as np
+import pydantic
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PositiveFloat,
-    PositiveInt,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
 
 from afferents import dims
 from afferents.encodings.base import Option, VibrationEncoding
@@ -98,7 +91,7 @@ class Lines(BaseModel):
     hertz: tuple[PositiveFloat, ...] = ()
     per_mm: tuple[PositiveFloat, ...] = ()
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _of_text(cls, given: Any) -> Any:
         """Take text as well, so that an encoding's `mask` may be given as it is typed."""
@@ -187,7 +180,7 @@ class WindowEncoding(StridedEncoding):
         """Whether lines are cut out that follow the speed."""
         return bool(self.mask.per_mm)
 
-    @field_validator("window_s", mode="before")
+    @pydantic.field_validator("window_s", mode="before")
     @classmethod
     def _whole(cls, given: Any) -> Any:
         return None if given == "whole" else given

@@ -10,11 +10,10 @@ from afferents import dims
 from afferents.markers.rest import rest_sentences
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
+from afferents.store import integrity, zarr_store
 from afferents.store.fingerprint import Copy, Fingerprint, find_copies, fingerprint, read, written
-from afferents.store.integrity import is_group
 from afferents.store.motion import NORMAL, force_sentences
 from afferents.store.responses import Responses, issues_in
-from afferents.store.zarr_store import store_config, stored_attributes
 
 FINGERPRINT = "fingerprint"
 """Attribute of a recording's responses that holds its fingerprint."""
@@ -44,8 +43,8 @@ def add_fingerprint(responses: Responses) -> Responses:
 
 def read_notes(store: Path) -> Notes:
     """Return what is to be reported of the recordings in a store; nothing where there is none."""
-    names = store_config(store)["recordings"] if is_group(store) else []
-    return make_notes(stored_attributes(store, names))
+    names = zarr_store.store_config(store)["recordings"] if integrity.is_group(store) else []
+    return make_notes(zarr_store.stored_attributes(store, names))
 
 
 def make_notes(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:

@@ -16,30 +16,24 @@ from afferents import dims, parallel
 from afferents.channels import compute_sa1, ra1, ra2
 from afferents.choices import Method, Rest, require_workers
 from afferents.errors import AfferentsError, InputError
-from afferents.extraction.clocks import describe, measure_clocks, set_clocks
-from afferents.extraction.copies import add_fingerprint, read_notes
+from afferents.extraction import clocks, copies
 from afferents.extraction.issues import find_issues, watched
 from afferents.extraction.options import Extraction, describe_declaration
 from afferents.files import Place, remove, remove_partials
+from afferents.markers import track
 from afferents.markers.detect import Positions, upright_tracks
 from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.session_sensors import Sensors, default_sentences, find_sensors
-from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
 from afferents.progress import Progress
 from afferents.quality.issues import parse_kinds, require_accepted
-from afferents.recordings.check import check_files, check_recording, require_own_files
+from afferents.recordings import check, grid, media
 from afferents.recordings.data_sets import read_session
-from afferents.recordings.grid import require_rates_that_agree
-from afferents.recordings.media import named
 from afferents.recordings.pictures import ImageFolder
 from afferents.recordings.session import Session
 from afferents.recordings.session_file import SessionFile
-from afferents.store import zarr_store
-from afferents.store.drum_path import logged_path
-from afferents.store.integrity import is_group
+from afferents.store import drum_path, integrity, motion, zarr_store
 from afferents.store.log import Lag
-from afferents.store.motion import TELL_SPEED, add_motion
 from afferents.store.recording import Recording, Video
 from afferents.store.responses import Responses, add_issues, label
 
@@ -70,23 +64,23 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
         progress.note(sentence)
     if session.declared.rest is not None:
         extraction = extraction.model_copy(update={"rest": session.declared.rest})
-    lags = measure_clocks(session, sensors)
-    session = set_clocks(session, lags)
+    lags = clocks.measure_clocks(session, sensors)
+    session = clocks.set_clocks(session, lags)
     reference = _reference(session, sensors.usual, extraction)
-    require_own_files(session)
-    require_rates_that_agree(session, session.declared)
+    check.require_own_files(session)
+    grid.require_rates_that_agree(session, session.declared)
     with writing_alone(extraction.out, "extract"):
         zarr_store.create_store(extraction.out, extraction.config(session, sensors))
         declared = {r.name: describe_declaration(r, session, sensors) for r in session.recordings}
         for recording in session.recordings:
             there = zarr_store.attributes_there(extraction.out / recording.name)
             if there and there.get("declared") != declared[recording.name]:
-                checksum = check_files(recording, session.declared)
+                checksum = check.check_files(recording, session.declared)
                 zarr_store.require_same_files(extraction.out, recording.name, checksum)
                 remove(extraction.out / recording.name)
         zarr_store.create_parents(extraction.out, list(declared))
         remove_partials(extraction.out)
-        for sentence in describe(lags, session.press.name) if session.press else ():
+        for sentence in clocks.describe(lags, session.press.name) if session.press else ():
             progress.note(sentence)
         outcomes = _outcomes(session, sensors, declared, reference, extraction, progress)
         try:
@@ -111,15 +105,15 @@ def _failures(
             others = len(session.recordings) > 1
             raise AfferentsError(f"{fault}; --keep-going leaves it out" if others else fault)
         failed[name] = fault
-    notes = read_notes(extraction.out)
+    notes = copies.read_notes(extraction.out)
     without = [
         Path(r.name)
         for r in session.recordings
-        if r.speed_mm_s is None and not {log.name for log in r.beside} & TELL_SPEED
+        if r.speed_mm_s is None and not {log.name for log in r.beside} & motion.TELL_SPEED
     ]
     speedless = [
         f"{len(without)} of {len(session.recordings)} recordings say no speed "
-        f"({named(Path(), without)}): to hold out speeds, write speed_mm_s into the session "
+        f"({media.named(Path(), without)}): to hold out speeds, write speed_mm_s into the session "
         "file and extract again"
     ] * bool(without)
     for sentence in (
@@ -181,10 +175,10 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
                 "than 'published', found "
                 f"{'none' if session.reference is None else 'the published tracker'}"
             )
-        return ordered_rest(session.reference, adapt_to_still(session.reference, sensor))
+        return track.ordered_rest(session.reference, adapt_to_still(session.reference, sensor))
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, adapt_to_still(session.reference, sensor))
+    return track.rest_positions(session.reference, adapt_to_still(session.reference, sensor))
 
 
 def adapt_to_still(reference: Video, sensor: Sensor) -> Sensor:
@@ -240,7 +234,7 @@ def _received(sent: str) -> tuple[Extraction, Positions | None, Session, Sensors
     extraction, order = Extraction.model_validate(found["extraction"]), found["reference"]
     parallel.require_seen(found["files"])
     session = read_session(found["extraction"]["session"], extraction.fps_hz)
-    session = set_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
+    session = clocks.set_clocks(session, {name: Lag(*lag) for name, lag in found["lags"].items()})
     sensors = find_sensors(session, extraction.sensor)
     return extraction, None if order is None else np.array(order), session, sensors
 
@@ -253,11 +247,11 @@ def _extract_one(
     extraction: Extraction,
 ) -> None:
     """Extract a recording that the store doesn't hold; say what was made of what, and accepted."""
-    checksum = check_files(recording, declared)
+    checksum = check.check_files(recording, declared)
     zarr_store.require_same_files(extraction.out, recording.name, checksum)
     if zarr_store.is_whole(extraction.out, recording.name):
         return
-    issues = check_recording(recording, declared, extraction.accept)
+    issues = check.check_recording(recording, declared, extraction.accept)
     if not extraction.vibration:
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")
@@ -268,12 +262,12 @@ def _extract_one(
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
-    if (way := logged_path(recording.source)) is not None:
+    if (way := drum_path.logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
     found = found.assign({log.name: log.variable(began_s) for log in logs})
-    found = add_motion(found, logs)
+    found = motion.add_motion(found, logs)
     issues += require_accepted(find_issues(recording, found), extraction.accept)
-    found = add_issues(add_fingerprint(found), issues)
+    found = add_issues(copies.add_fingerprint(found), issues)
     found = found.assign_attrs(checksum=checksum, declared=matters)
     zarr_store.write_responses(extraction.out, found)
 
@@ -298,7 +292,7 @@ def responses_of(
     parts: list[xr.Dataset] = []
     if recording.video is not None and sensor is not None:
         order, count_from = (None, reference) if rest == "reference" else (reference, None)
-        tracks = track_markers(recording.video, sensor, method, order, count_from=count_from)
+        tracks = track.track_markers(recording.video, sensor, method, order, count_from=count_from)
         parts.append(marker_responses(tracks, sensor))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
@@ -403,5 +397,5 @@ def extract(
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)
-    found = zarr_store.open_responses(Path(out)) if is_group(Path(out)) else []
+    found = zarr_store.open_responses(Path(out)) if integrity.is_group(Path(out)) else []
     return Extracted(found, skipped)

@@ -6,9 +6,7 @@ import xarray as xr
 
 from afferents import dims
 from afferents.markers.quality import find_track_issues
-from afferents.quality.issues import QualityIssue
-from afferents.quality.repeats import find_time_issues
-from afferents.quality.sound import find_sound_issues
+from afferents.quality import issues, repeats, sound
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import Footage
 from afferents.store.recording import Recording
@@ -21,7 +19,7 @@ def watched(recording: Recording) -> Recording:
     return recording if video is None else replace(recording, video=Footage(video))
 
 
-def find_issues(recording: Recording, responses: Responses | None) -> list[QualityIssue]:
+def find_issues(recording: Recording, responses: Responses | None) -> list[issues.QualityIssue]:
     """Find what is wrong with a recording's pictures, markers and sound.
 
     Parameters
@@ -32,19 +30,19 @@ def find_issues(recording: Recording, responses: Responses | None) -> list[Quali
         What was extracted of it; None where no markers are followed.
     """
     video, audio, steady_s = recording.video, recording.audio, recording.steady_s
-    found: list[QualityIssue] = []
+    found: list[issues.QualityIssue] = []
     if isinstance(video, Footage):
         is_tracked = responses is not None and dims.DETECTED in responses
         found += find_video_issues(video, responses if is_tracked else None, steady_s)
     if isinstance(audio, WavFile) and (responses is None or dims.RA2 in responses):
         samples = audio.read().values if responses is None else responses[dims.RA2].values
-        found += find_sound_issues(samples, audio.path, audio.sample_rate_hz, steady_s)
+        found += sound.find_sound_issues(samples, audio.path, audio.sample_rate_hz, steady_s)
     return found
 
 
 def find_video_issues(
     footage: Footage, tracks: xr.Dataset | None, steady_s: tuple[float, float] | None = None
-) -> list[QualityIssue]:
+) -> list[issues.QualityIssue]:
     """Find what is wrong with pictures that were decoded, and with the markers in them, if any.
 
     Parameters
@@ -56,7 +54,7 @@ def find_video_issues(
     """
     found, where = footage.find_issues(steady_s), footage.path
     if tracks is None:
-        return found + find_time_issues(footage.figures.time_s, where)
+        return found + repeats.find_time_issues(footage.figures.time_s, where)
     seen = {issue.kind for issue in found}  # in the dark the markers are hidden as well
     if seen & {"frozen", "repeated", "stalled"}:
         seen.add("doubled")

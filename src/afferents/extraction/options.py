@@ -74,6 +74,7 @@ class Extraction(BaseModel):
         `recordings` names all that the store is to hold, so that half a store is known as one.
         """
         clip = session.reference
+        names = sorted({sensors.of(recording).name for recording in session.recordings})
         leads = self.rest == "reference" or self.method == "published"
         return {
             "afferents": __version__,
@@ -83,7 +84,7 @@ class Extraction(BaseModel):
             ),
             "recordings": [recording.name for recording in session.recordings],
             "sensor": sensors.usual.model_dump(mode="json"),
-            **({"sensors": sensors.list_names(session)} if sensors.own else {}),
+            **({"sensors": names} if sensors.own else {}),
             "method": self.method,
             **({} if self.vibration else {"vibration": False}),
             **({} if self.rest == "own" else {"rest": self.rest}),

@@ -6,16 +6,14 @@ import xarray as xr
 
 from afferents.choices import Method, require_workers
 from afferents.errors import InputError, PartialFailureError
-from afferents.extraction.extract import extract_session, marker_responses
-from afferents.extraction.options import Extraction
+from afferents.extraction import extract, options
 from afferents.files import Place, require_free
 from afferents.markers.estimate import recognise_sensor
 from afferents.markers.quality import describe, find_track_issues
 from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
-from afferents.recordings.media import is_image_folder
-from afferents.recordings.session_file import parse_rate
+from afferents.recordings import media, session_file
 from afferents.recordings.video import VideoWithProgress, open_clip, open_video
 from afferents.store.recording import Video
 from afferents.store.zarr_store import TRACKS, is_tracks, write_group
@@ -72,45 +70,33 @@ def track_into(
     """
     require_workers(workers)
     given = None if sensor is None else resolve_sensor(sensor)
-    if source.is_dir() and not is_image_folder(source):
-        extraction = Extraction(
+    if source.is_dir() and not media.is_image_folder(source):
+        extraction = options.Extraction(
             session=source, out=out, sensor=given, method=method, workers=workers,
             vibration=False, cluster=cluster, fps_hz=fps_hz,
         )  # fmt: skip
         with Progress(quiet) as progress:
-            extract_session(extraction, progress)
+            extract.extract_session(extraction, progress)
         return []
     if cluster is not None:
         raise InputError(
             "--cluster: expected a session, whose videos go side by side, found one video"
         )
     require_free(out, is_tracks, force=force, reads=[source])
-    video = open_clip(source, None if fps_hz is None else parse_rate(fps_hz))
+    video = open_clip(source, None if fps_hz is None else session_file.parse_rate(fps_hz))
     why = ""
     if given is None:
         given, why = recognise_sensor(video)
     with Progress(quiet) as progress:
-        found = tracked(VideoWithProgress(video, progress), given, method, keep_partial=True)
+        shown = VideoWithProgress(video, progress)
+        tracks = track_markers(shown, given, method, keep_partial=True)
+    found = extract.marker_responses(tracks, given)
     write_group(out, found.assign_attrs(format=TRACKS))
     if found.attrs["stopped"]:
         kept = f"{found.sizes['time']} frames before that are kept in {out}, marked as stopped"
         raise PartialFailureError(f"{found.attrs['stopped']}; {kept}")
     issues = [issue.sentence for issue in find_track_issues(found, source) if not issue.is_refused]
     return [why] * bool(why) + describe(found) + issues
-
-
-def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = False) -> xr.Dataset:
-    """Return the marker tracks of a video, as `markers.track` does, with SA-I and RA-I.
-
-    Positions are as a lens without distortion would have shown them.
-
-    Raises
-    ------
-    InputError
-        As `markers.track`.
-    """
-    tracks = track_markers(video, sensor, method, keep_partial=keep_partial)
-    return marker_responses(tracks, sensor)
 
 
 def track(
@@ -146,4 +132,5 @@ def track(
     {'time': 45, 'marker': 361, 'space': 2}
     """
     opened = open_video(video) if isinstance(video, str | Path) else video
-    return tracked(opened, resolve_sensor(sensor), method)
+    given = resolve_sensor(sensor)
+    return extract.marker_responses(track_markers(opened, given, method), given)

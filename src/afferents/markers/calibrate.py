@@ -10,14 +10,8 @@ from numpy.typing import NDArray
 
 from afferents.documents import quoted
 from afferents.errors import InputError, then
-from afferents.markers import rest
-from afferents.markers.detect import Positions, spacing_px, turned, without_shine
-from afferents.markers.estimate import estimate_detector
-from afferents.markers.layout import GATE_SHARE, FoundLayout, carry_over, find_layout, match_layout
-from afferents.markers.rest import AtRest
+from afferents.markers import detect, estimate, layout, rest, suspects, track
 from afferents.markers.sensor import WHOLE, Picture, Sensor
-from afferents.markers.suspects import MovedFrames, stay_still
-from afferents.markers.track import Tracker
 from afferents.quality.image import ImageQuality, measure_image_quality
 from afferents.store.recording import GreyImage, Video
 
@@ -57,7 +51,7 @@ class Clip:
     video: Video
     image: GreyImage
     sensor: Sensor
-    seen: AtRest
+    seen: rest.AtRest
     n_still: int
     n_looked: int
     rest_frame: int
@@ -102,16 +96,16 @@ def look_at_rest(video: Video, within: Picture = WHOLE) -> Clip:
     if not frames:
         raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
     images = [frame.image for frame in frames]
-    at_first = estimate_detector(images[0], video.path, within)
+    at_first = estimate.estimate_detector(images[0], video.path, within)
     rest_frame = rest.count_stale(images, at_first)
     images = images[rest_frame : rest_frame + rest.N_FRAMES]
     image, n_still = rest.still_picture(images, at_first)
-    sensor = estimate_detector(image, video.path, within)
+    sensor = estimate.estimate_detector(image, video.path, within)
     seen, bits = rest.seen_at_rest(image, sensor), frames[0].bits
     return Clip(video, image, sensor, seen, n_still, len(images), rest_frame, bits)
 
 
-def seen_in_most(clips: Sequence[Clip]) -> Positions:
+def seen_in_most(clips: Sequence[Clip]) -> detect.Positions:
     """Return the markers that at least half of the clips show, in the first one's picture, px.
 
     Raises
@@ -124,19 +118,19 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
     for clip in clips[1:]:
         found, template = clip.seen.position, union
         where = clip.video.path
-        placed, present = match_layout(found, template, where, clip.seen.faint, needed=0.0)
+        placed, present = layout.match_layout(found, template, where, clip.seen.faint, needed=0.0)
         seen, filed = placed[present], template[present]
         # The share of markers that keep their places among the others in both pictures.
-        off = np.hypot(*(carry_over(seen, seen, filed) - filed).T)
-        alike = float(np.mean(off < IN_PLACE * spacing_px(filed)))
+        off = np.hypot(*(layout.carry_over(seen, seen, filed) - filed).T)
+        alike = float(np.mean(off < IN_PLACE * detect.spacing_px(filed)))
         if alike * present.mean() < LEAST_ALIKE:
             first = f"the {len(template)} markers of {clips[0].video.path.name}"
             hint = "give the clips of one sensor, in one picture size, at a time"
             raise InputError(
                 f"{where}: expected {first}, found {int(present.sum())} of them{then(hint)}"
             )
-        gate = GATE_SHARE * spacing_px(template)
-        new = carry_over(found, seen, filed)
+        gate = layout.GATE_SHARE * detect.spacing_px(template)
+        new = layout.carry_over(found, seen, filed)
         far = np.hypot(*(new[:, None] - template[None]).transpose(2, 0, 1)).min(axis=1) > gate
         n_seen += present
         union = np.concatenate([template, new[far]])
@@ -144,7 +138,7 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
     return union[2 * n_seen >= len(clips)]
 
 
-def follow_on(clip: Clip, position: Positions) -> Followed:
+def follow_on(clip: Clip, position: detect.Positions) -> Followed:
     """Look for the markers in the frames of a clip that were not used.
 
     Parameters
@@ -152,11 +146,11 @@ def follow_on(clip: Clip, position: Positions) -> Followed:
     position
         The sensor's markers, shape (n, 2), px, maybe in another clip's picture.
     """
-    placed, present = match_layout(
+    placed, present = layout.match_layout(
         clip.seen.position, position, clip.video.path, clip.seen.faint, needed=0.0
     )
-    tracker = Tracker(clip.sensor, placed, "windowed", clip.image, None, present)
-    n_found, n_frames, moved = np.zeros(len(placed), dtype=np.intp), 0, MovedFrames()
+    tracker = track.Tracker(clip.sensor, placed, "windowed", clip.image, None, present)
+    n_found, n_frames, moved = np.zeros(len(placed), dtype=np.intp), 0, suspects.MovedFrames()
     stop = clip.rest_frame + clip.n_still + MOST_FOLLOWED
     for index, frame in enumerate(islice(clip.video.frames(), clip.rest_frame, stop)):
         seen = tracker.step(frame.image)
@@ -164,7 +158,7 @@ def follow_on(clip: Clip, position: Positions) -> Followed:
             n_frames += 1
             n_found += seen.detected
             moved.add(frame.image, seen.position, tracker.rest_position)
-    still = stay_still(moved, tracker.rest_position, clip.sensor) & present
+    still = suspects.stay_still(moved, tracker.rest_position, clip.sensor) & present
     return Followed(n_frames, n_found, still)
 
 
@@ -192,9 +186,9 @@ class Calibration:
 
     sensor: Sensor
     image: GreyImage
-    position: Positions
-    suspects: Positions
-    found: FoundLayout
+    position: detect.Positions
+    suspects: detect.Positions
+    found: layout.FoundLayout
     picture: ImageQuality
     n_again: int
     n_checked: int
@@ -251,7 +245,7 @@ def calibrate_from_clips(
         )
     suspects = np.concatenate([first.seen.suspects, position[still]])
     position, again = position[~still], again[~still]
-    found = find_layout(turned(position, first.sensor))
+    found = layout.find_layout(detect.turned(position, first.sensor))
     places: dict[str, object] = {"layout": found.layout, "n_markers": len(position)}
     if found.grid is not None:
         rows, columns = int(found.grid.row.max()) + 1, int(found.grid.column.max()) + 1
@@ -263,7 +257,7 @@ def calibrate_from_clips(
     described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
     quality = measure_image_quality(
-        without_shine(first.image, sensor.looks), position, spacing_px(position)
+        detect.without_shine(first.image, sensor.looks), position, detect.spacing_px(position)
     )
     return Calibration(
         sensor, first.image, position, suspects, found, quality, int(again.sum()), n_checked, clips

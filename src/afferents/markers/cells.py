@@ -7,21 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.markers.detect import Positions, turned
-from afferents.markers.grid import Grid
-from afferents.markers.rest import N_FRAMES, median_picture
+from afferents.markers import detect, grid, rest, windowed
 from afferents.markers.sensor import FEWEST, Sensor
-from afferents.markers.windowed import Audit, Tracked
 from afferents.store.recording import Frame, GreyImage, make_grey
 
 STILL = 2.0
 """Where pictures differ more from the first, in grey levels over all pixels, the skin moves."""
-
-
-def still_picture(images: Sequence[GreyImage]) -> GreyImage:
-    """Return the median of pictures, (height, width), up to where the skin moves."""
-    off = [cv2.norm(image, images[0], cv2.NORM_L1) / image.size for image in images]
-    return median_picture(images[: int(np.argmax(np.array(off) > STILL)) or len(images)])
 
 
 class Cells:
@@ -33,7 +24,7 @@ class Cells:
     Parameters
     ----------
     frames
-        That show the skin at rest; see `still_picture`.
+        That show the skin at rest; their median counts, up to where the skin moves.
     sensor
         Says how many rows and columns of cells the upright picture has.
     where
@@ -54,17 +45,20 @@ class Cells:
         If hardly any cell has pixels that are not hidden.
     """
 
-    jump_px, renamed, audit = 0.0, None, Audit()
+    jump_px, renamed, audit = 0.0, None, windowed.Audit()
 
     def __init__(self, frames: Sequence[Frame], sensor: Sensor, where: object) -> None:
         """Take the frames for the skin at rest."""
         assert sensor.rows is not None
         assert sensor.columns is not None
         self._levels = frames[0].levels
-        self._rest = still_picture([frame.image for frame in frames[:N_FRAMES]])
+        images = [frame.image for frame in frames[: rest.N_FRAMES]]
+        off = [cv2.norm(image, images[0], cv2.NORM_L1) / image.size for image in images]
+        n_still = int(np.argmax(np.array(off) > STILL)) or len(images)
+        self._rest = rest.median_picture(images[:n_still])
         y, x = np.indices(self._rest.shape).reshape(2, -1)
         pixel = np.stack([x, y], axis=1).astype(np.float64)
-        up = turned(pixel, sensor) + 0.5
+        up = detect.turned(pixel, sensor) + 0.5
         column, row = (up * (sensor.columns, sensor.rows) / (up.max(axis=0) + 0.5)).T.astype(int)
         self._n = sensor.rows * sensor.columns
         self._cell = np.where(sensor.picture.shows(pixel), row * sensor.columns + column, self._n)
@@ -75,15 +69,15 @@ class Cells:
                 f"{where}: expected {FEWEST} cells or more of sensor '{sensor.name}' in the "
                 f"picture, found {len(self._kept)}; let keep and hide in the sensor file leave more"
             )
-        self.rest_position: Positions = np.stack([self._mean(axis) for axis in (x, y)], axis=1)
+        self.rest_position = np.stack([self._mean(axis) for axis in (x, y)], axis=1)
         self._present = np.ones(len(self._kept), dtype=bool)
-        self.grid = Grid(*np.divmod(self._kept, sensor.columns), roll_deg=0.0)
+        self.grid = grid.Grid(*np.divmod(self._kept, sensor.columns), roll_deg=0.0)
         self.first = self.step(frames[0].luma)
 
-    def step(self, image: GreyImage) -> Tracked:
+    def step(self, image: GreyImage) -> windowed.Tracked:
         """Return what the next frame says: luma, (height, width), uint8."""
         off = cv2.absdiff(make_grey(image, self._levels), self._rest)
-        return Tracked(self.rest_position, self._present, self._mean(off))
+        return windowed.Tracked(self.rest_position, self._present, self._mean(off))
 
     def _mean(self, values: NDArray[np.generic]) -> NDArray[np.float64]:
         """Return the mean of what pixels show over each cell, (n,)."""

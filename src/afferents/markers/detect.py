@@ -18,15 +18,7 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.markers import kernel
-from afferents.markers.sensor import (
-    WHOLE,
-    BlobDetector,
-    Detector,
-    DiscDetector,
-    Lens,
-    Picture,
-    Sensor,
-)
+from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Lens, Picture, Sensor
 from afferents.store.recording import GreyImage
 
 Positions = NDArray[np.float64]
@@ -113,7 +105,7 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> Found:
     return centre, np.pi / 4 * diameter**2
 
 
-def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture = WHOLE) -> Found:
+def find_discs(image: GreyImage, parameters: DiscDetector, within: Picture) -> Found:
     """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
     Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.

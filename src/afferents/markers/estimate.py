@@ -8,22 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
-from afferents.markers import detect, kernel
+from afferents.markers import detect, kernel, rest, suspects
+from afferents.markers import sensor as sensors
 from afferents.markers.detect import Positions
 from afferents.markers.grid import find_grid
-from afferents.markers.rest import rest_images
-from afferents.markers.sensor import (
-    ENLARGED,
-    FEWEST,
-    WHOLE,
-    BlobDetector,
-    Detector,
-    DiscDetector,
-    Picture,
-    Sensor,
-    load_sensor,
-)
-from afferents.markers.suspects import MOST_FALSE, without_false_markers
+from afferents.markers.sensor import FEWEST, BlobDetector, DiscDetector, Picture, Sensor
 from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
@@ -69,7 +58,7 @@ class _Guess(NamedTuple):
 
 
 def estimate_detector(
-    image: GreyImage, where: object = "the image", within: Picture = WHOLE
+    image: GreyImage, where: object = "the image", within: Picture = sensors.WHOLE
 ) -> Sensor:
     """Guess from an image how its markers are to be found.
 
@@ -123,7 +112,7 @@ def estimate_detector(
 
 def _guess(image: GreyImage, colour: int, within: Picture, shine_px: int | None = None) -> _Guess:
     """Describe the blobs of a colour: as discs, or as blobs where many are cut, long, or ragged."""
-    times = ENLARGED if min(image.shape) < SMALL_PICTURE_PX else 1
+    times = sensors.ENLARGED if min(image.shape) < SMALL_PICTURE_PX else 1
     any_blob = BlobDetector(
         blob_colour=255 if colour else 0,
         min_threshold=5,
@@ -206,15 +195,15 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     InputError
         If the video is shorter than the rest frame, or shows no markers at all.
     """
-    published = load_sensor("tip_b")
-    image = rest_images(video, published.rest_frame)[0]
+    published = sensors.load_sensor("tip_b")
+    image = rest.rest_images(video, published.rest_frame)[0]
     blobs = detect.detect(image, published)
     found = len(blobs)
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."
     n, rows, columns = published.n_markers or 0, published.rows or 0, published.columns or 0
-    near_number = abs(found - n) <= MOST_FALSE * n  # a few too many or too few
-    grid = find_grid(without_false_markers(blobs, rows, columns)) if near_number else None
+    near_number = abs(found - n) <= suspects.MOST_FALSE * n  # a few too many or too few
+    grid = find_grid(suspects.without_false_markers(blobs, rows, columns)) if near_number else None
     if grid is not None and (grid.row.max() + 1, grid.column.max() + 1) == (rows, columns):
         return published, (
             f"The published detector ({published.name}) finds {found} blobs for its "
@@ -229,7 +218,7 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     )
 
 
-def looks(detector: Detector) -> str:
+def looks(detector: sensors.Detector) -> str:
     """Say what markers look like."""
     shine = f" with highlights of up to {detector.shine_px} px" if detector.shine_px else ""
     if isinstance(detector, DiscDetector):

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import lsqr
+from scipy.sparse import coo_array, csgraph, linalg
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
@@ -235,13 +233,13 @@ def _count_steps(
     sign = np.repeat([-1.0, 1.0], len(links))
     shape = (len(links), n)
     steps = coo_array((sign, (np.tile(pair, 2), links.T.ravel())), shape=shape).tocsr()
-    _, island = connected_components(abs(steps.T @ steps), directed=False)
+    _, island = csgraph.connected_components(abs(steps.T @ steps), directed=False)
     main = island == np.bincount(island).argmax()
     if main.mean() < 1 - MOST_MISSING:
         return np.zeros(n, dtype=np.intp), np.zeros(n, dtype=np.intp)
     in_x = (pair < len(along_x)).astype(float)
     place = np.stack(
-        [lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x)], axis=1
+        [linalg.lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x)], axis=1
     )
     if not main.all():
         place[~main] = _fit_polynomial(position[main], place[main])(position[~main])

@@ -10,15 +10,10 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.markers.detect import spacing_px
 from afferents.markers.rest import start_sentences
+from afferents.quality import repeats
 from afferents.quality.image import ImageQuality, find_light_issues
 from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
-from afferents.quality.repeats import (
-    count_dropped,
-    find_doubled_frames,
-    find_repeated,
-    find_time_issues,
-)
 
 Lengths = NDArray[np.float64]
 
@@ -189,8 +184,8 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
             len(seen) - len(np.unique(seen, axis=0))
             for seen in (frame[~np.isnan(frame[:, 0])] for frame in position)
         ),
-        n_repeated=int(find_repeated(tracks[dims.FRAME_CHANGE].values).sum()),
-        n_dropped=count_dropped(tracks[dims.TIME].values),
+        n_repeated=int(repeats.find_repeated(tracks[dims.FRAME_CHANGE].values).sum()),
+        n_dropped=repeats.count_dropped(tracks[dims.TIME].values),
         jitter_px=_measure_jitter(position, away),
         n_still=int((farthest < STILL_PX).sum()) if np.any(farthest >= STILL_PX) else 0,
         largest_step_px=_largest(step),
@@ -231,8 +226,8 @@ def find_track_issues(
             QualityIssue(kind, where, "sharp markers that stand out", how)
             for kind, how in light.items()
         ]
-    found += find_doubled_frames(tracks[dims.FRAME_CHANGE].values, where)
-    return found + find_time_issues(tracks[dims.TIME].values, where)
+    found += repeats.find_doubled_frames(tracks[dims.FRAME_CHANGE].values, where)
+    return found + repeats.find_time_issues(tracks[dims.TIME].values, where)
 
 
 def find_hidden_markers(

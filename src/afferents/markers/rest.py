@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
+from scipy.spatial import cKDTree, distance
 
 from afferents import dims
 from afferents.choices import Method
@@ -362,7 +361,7 @@ def order_markers(
         if len(found) != len(reference):
             expected = f"the {len(reference)} markers of the reference video"
             raise InputError(f"{where}: expected {expected}, found {len(found)}")
-        _, order = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
+        _, order = linear_sum_assignment(distance.cdist(reference, found, "sqeuclidean"))
     return RestMarkers(found[order], np.ones(len(found), bool))
 
 

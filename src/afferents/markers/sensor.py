@@ -6,17 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    PositiveFloat,
-    Tag,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
 
 from afferents import dims
 from afferents.choices import Layout
@@ -132,8 +124,8 @@ def _name_kind(detector: object) -> str:
 
 
 Detector = Annotated[
-    Annotated[BlobDetector, Tag("blob")] | Annotated[DiscDetector, Tag("disc")],
-    Discriminator(_name_kind),
+    Annotated[BlobDetector, pydantic.Tag("blob")] | Annotated[DiscDetector, pydantic.Tag("disc")],
+    pydantic.Discriminator(_name_kind),
 ]
 """The one with a `radius_px` is a `DiscDetector`."""
 
@@ -284,7 +276,7 @@ class Sensor(BaseModel):
     picture: Picture = Field(default=WHOLE, exclude_if=lambda picture: picture == WHOLE)
     detector: Detector | None = Field(default=None, exclude_if=lambda detector: detector is None)
 
-    @field_validator("radius_px")
+    @pydantic.field_validator("radius_px")
     @classmethod
     def _infinite_is_no_limit(cls, radius_px: float | None) -> float | None:
         """TOML says ``inf``, having no null; stores and cards are JSON, which has no ``inf``."""

@@ -28,10 +28,6 @@ class Sensors:
     usual: Sensor
     own: Mapping[str, Sensor] = field(default_factory=dict)
 
-    def list_names(self, session: Session) -> list[str]:
-        """Return the names of the sensors of a session's recordings, each once."""
-        return sorted({self.of(recording).name for recording in session.recordings})
-
     def of(self, recording: Recording) -> Sensor:
         """Return a recording's sensor, with the rest frame of this recording."""
         sensor = self.own.get(recording.name, self.usual)

@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_array, csgraph
 from scipy.spatial import cKDTree
 
 from afferents.markers import kernel
@@ -166,7 +165,7 @@ class SlipCheck:
         whole = seen[:, None] & seen[self._to] & ~self._torn(position)
         i, k = np.nonzero(whole)
         links = coo_array((np.ones(len(i)), (i, self._to[i, k])), shape=(len(seen), len(seen)))
-        _, part = connected_components(links, directed=False)
+        _, part = csgraph.connected_components(links, directed=False)
         size = np.bincount(part[seen])
         largest = np.argsort(size)[::-1][:_N_PARTS]
         return [seen & (part == p) for p in largest if size[p] > _N_EDGES]

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
+from scipy.spatial import cKDTree, distance
 
 from afferents.markers.detect import Positions, find_markers, spacing_px
 from afferents.markers.grid import Grid, find_places, smooth
@@ -76,7 +75,7 @@ def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[n
         Shape (n,).
     """
     spacing = spacing_px(rest)
-    near = cdist(rest, rest) < AROUND * spacing
+    near = distance.cdist(rest, rest) < AROUND * spacing
     np.fill_diagonal(near, False)
     judged, stayed = np.zeros(len(rest), int), np.zeros(len(rest), int)
     for _, image, position in moved.frames:

@@ -16,16 +16,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
-from afferents.markers import kernel
-from afferents.markers.detect import (
-    NO_BLOB,
-    Positions,
-    find_markers,
-    link_one_to_one,
-    without_shine,
-)
+from afferents.markers import detect, kernel, slips
+from afferents.markers.detect import Positions
 from afferents.markers.sensor import Sensor
-from afferents.markers.slips import SlipCheck
 from afferents.store.recording import GreyImage, make_grey
 
 N_NEIGHBOURS = 8
@@ -140,10 +133,10 @@ class WindowedTracker:
         self.audit = Audit()
         self.jump_px = 0.0
         self._sensor, self._levels, self._looks = sensor, levels, sensor.looks
-        rest_image = without_shine(rest_image, self._looks)
+        rest_image = detect.without_shine(rest_image, self._looks)
         self._sign = 1.0 if self._looks.blob_colour == 255 else -1.0
         distance, self._neighbours = nearest_markers(rest_position)
-        _, area = find_markers(make_grey(rest_image, levels), sensor)
+        _, area = detect.find_markers(make_grey(rest_image, levels), sensor)
         if len(area) == 0:
             raise InputError(f"the rest frame: expected {len(rest_position)} markers, found none")
         radius = float(np.sqrt(np.median(area) / np.pi))
@@ -172,13 +165,13 @@ class WindowedTracker:
         self._expected = self.rest_position.copy()
         self._step = np.zeros((n, 2))
         there = np.ones(n, np.bool_) if present is None else present
-        self._slips = SlipCheck(self.rest_position, self._neighbours, there)
+        self._slips = slips.SlipCheck(self.rest_position, self._neighbours, there)
         self._unchecked, self._wait, self._due = 0, _CHECK, 0
         self.renamed: Renamed | None = None
 
     def step(self, image: GreyImage) -> Tracked:
         """Return where the markers are in the next frame."""
-        image, n = without_shine(image, self._looks), len(self._expected)
+        image, n = detect.without_shine(image, self._looks), len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
         self._light, n_found, shared, strangers, self.jump_px = kernel.look(
             image, self._expected, self._step, self.rest_position, self._dark, self._bright,
@@ -258,7 +251,7 @@ class WindowedTracker:
     ) -> None:
         """Check names by the whole picture and the layout's order, and take better ones over."""
         self.audit.checks += 1
-        blobs, _ = find_markers(make_grey(image, self._levels), self._sensor)
+        blobs, _ = detect.find_markers(make_grey(image, self._levels), self._sensor)
         better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
         self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
         self._due = self._wait
@@ -368,9 +361,9 @@ class WindowedTracker:
     ) -> None:
         """Give markers to the blobs of the whole picture, nearest to where they are expected."""
         self.audit.searches += 1
-        blobs, _ = find_markers(make_grey(image, self._levels), self._sensor)
-        blob = link_one_to_one(predicted, blobs, self._reach / 2)
-        found[:] = blob != NO_BLOB
+        blobs, _ = detect.find_markers(make_grey(image, self._levels), self._sensor)
+        blob = detect.link_one_to_one(predicted, blobs, self._reach / 2)
+        found[:] = blob != detect.NO_BLOB
         position[:] = np.nan
         position[found] = blobs[blob[found]]
         self._settle(position, found, predicted)

@@ -8,9 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from afferents.neuro.decoding import mean_with_interval
-from afferents.neuro.exponent import accuracy_by_exponent
-from afferents.neuro.speed import match_by_class
+from afferents.neuro import decoding, exponent, speed
 from afferents.reporting import style
 from afferents.reporting.tables import make_table
 from afferents.spikes.population import CLASSES, Spikes
@@ -214,8 +212,9 @@ def summarise_decoding(tables: Mapping[str, pd.DataFrame], whole: str) -> pd.Dat
         found = pd.concat([found, both.assign(population="matched " + both["population"])])
         note += f", of matched populations {both['resolution_s'].max():.2g} s"
     notes = [f"{note}. The best bin is chosen on what is tested, which flatters it.", whole]
-    if right := accuracy_by_exponent(tables["exponents"]):
-        share, n = mean_with_interval(right)["accuracy"], tables["exponents"]["texture"].nunique()
+    if right := exponent.accuracy_by_exponent(tables["exponents"]):
+        share = decoding.mean_with_interval(right)["accuracy"]
+        n = tables["exponents"]["texture"].nunique()
         notes.append(
             f"The spectral exponent of the vibration alone recognises {share:.0%} of recordings at "
             f"a speed held out (chance {1 / n:.0%})."
@@ -245,7 +244,7 @@ def summarise_stretching(tables: Mapping[str, pd.DataFrame], matched: str) -> pd
     matched
         What was made alike of both populations.
     """
-    found = {"Artificial": match_by_class(tables["stretch"])}
+    found = {"Artificial": speed.match_by_class(tables["stretch"])}
     if "beside_stretch" in tables:
         both = tables["beside_stretch"]
         for who in ("artificial", "natural"):

@@ -14,7 +14,6 @@ from afferents import files
 from afferents.choices import LARGEST_SEED, require_number, words_in
 from afferents.files import Place
 from afferents.neuro import decoding, exponent, figures, matching, speed
-from afferents.neuro.decoding import WINDOW_S
 from afferents.neuro.natural import read_spikes
 from afferents.parallel import side_by_side, side_by_side_numbered
 from afferents.progress import Progress
@@ -96,7 +95,7 @@ def neural(
     units: str = "izhikevich",
     seed: int = 0,
     classes: str | Sequence[str] = "SA,RA,PC",
-    window_s: float = WINDOW_S,
+    window_s: float = decoding.WINDOW_S,
     natural: Place | Spikes | None = None,
     quiet: bool = False,
 ) -> NeuralResults:

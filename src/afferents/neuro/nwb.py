@@ -177,14 +177,13 @@ def _make_file(
     store: Path, out: Path, recordings: Sequence[Responses], began: datetime | None, units: str
 ) -> Any:
     """Return an NWB file without data: what was done, with which sensor."""
-    from pynwb import NWBFile
-    from pynwb.file import Subject
+    import pynwb
 
     config = zarr_store.store_config(store)
     simulated = bool(config.get("declared", {}).get("simulated"))
     textures = textures_of(recordings)
     written = datetime.fromtimestamp((store / integrity.ROOT).stat().st_mtime, tz=UTC)
-    nwbfile = NWBFile(
+    nwbfile = pynwb.NWBFile(
         session_description="A soft tactile fingertip slides over textures"
         f"{', simulated' if simulated else ''}. {_CLOCK}{_ARTIFICIAL}",
         identifier=str(uuid4()),
@@ -202,7 +201,7 @@ def _make_file(
         source_script_file_name=_SCRIPT,
         was_generated_by=[["afferents", __version__]],
     )
-    nwbfile.subject = Subject(
+    nwbfile.subject = pynwb.file.Subject(
         subject_id="fingertip",
         description="A soft artificial fingertip; no animal, no person. Its age and sex mean "
         "nothing: archives of NWB files ask for them.",

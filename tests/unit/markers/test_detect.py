@@ -7,7 +7,7 @@ import pytest
 from afferents.errors import InputError
 from afferents.markers.detect import detect, find_discs, spacing_px
 from afferents.markers.estimate import estimate_detector, recognise_sensor
-from afferents.markers.sensor import DiscDetector, load_sensor
+from afferents.markers.sensor import WHOLE, DiscDetector, load_sensor
 from afferents.markers.suspects import beyond_layout
 
 from .conftest import lay_grid
@@ -76,7 +76,7 @@ def places():
 def test_discs_of_any_grey_are_found_where_they_were_drawn(draw, places, skin, marker):
     image = draw(places, radius=5, skin=skin, marker=marker)
     detector = DiscDetector(radius_px=5.0, blob_colour=255 if marker > skin else 0)
-    found, area = find_discs(image, detector)
+    found, area = find_discs(image, detector, WHOLE)
     assert errors(found, places).max() < 0.1
     np.testing.assert_allclose(area, np.pi * 25)
 
@@ -87,7 +87,7 @@ def test_light_that_falls_off_and_pools_on_the_skin_hide_no_disc(draw, places):
     y, x = np.indices(image.shape)
     image *= 1 - 0.6 * x / image.shape[1]
     image += 120 * np.exp(-(((x - 90) ** 2 + (y - 80) ** 2) / 2 / 30**2))
-    found, _ = find_discs(np.clip(image, 0, 255).astype(np.uint8), DISCS)
+    found, _ = find_discs(np.clip(image, 0, 255).astype(np.uint8), DISCS, WHOLE)
     assert errors(found, places).max() < 1.2
 
 
@@ -96,14 +96,14 @@ def test_large_reflections_and_bright_rims_are_no_discs(draw, places):
     cv2.ellipse(image, (160, 8), (90, 16), 0, 0, 360, 255, -1)
     cv2.circle(image, (300, 150), 14, 255, -1)
     image[:, 0:4] = 255
-    assert errors(find_discs(image, DISCS)[0], places).max() < 0.1
+    assert errors(find_discs(image, DISCS, WHOLE)[0], places).max() < 0.1
 
 
 def test_noise_and_emptiness_hold_no_discs(draw):
     rng = np.random.default_rng(0)
     noise = np.clip(rng.normal(100, 3, (240, 320)), 0, 255).astype(np.uint8)
     for image in (draw([]), noise, np.zeros((6, 6), np.uint8)):
-        assert len(find_discs(image, DISCS)[0]) == 0
+        assert len(find_discs(image, DISCS, WHOLE)[0]) == 0
 
 
 def test_what_stands_apart_is_left_out_but_no_row_of_pins(places):
