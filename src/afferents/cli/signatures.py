@@ -140,7 +140,7 @@ def _kind(annotation: ast.expr | None, default: ast.expr | None) -> Any:
     kinds = [part.removeprefix("Sequence[").rstrip("]") for part in parts if part != "None"]
     usual = type(default.value) if isinstance(default, ast.Constant) else str
     usual = usual if usual in (int, float) else str
-    return _KINDS.get(kinds[0].removeprefix("choices."), usual) if len(kinds) == 1 else usual
+    return _KINDS.get(kinds[0].rpartition(".")[2], usual) if len(kinds) == 1 else usual
 
 
 def _plain(text: str, keep_paragraphs: bool = False) -> str:
