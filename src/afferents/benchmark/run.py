@@ -12,21 +12,16 @@ from statistics import fmean, median
 
 import pandas as pd
 
+from afferents import choices, doctor, files, plugins
 from afferents.benchmark.entries import ENTRIES, Data, Entry, Own, Worst
 from afferents.benchmark.tasks import Asked, Task, find_task
-from afferents.choices import PRESET_ASKED, Device, Preset
-from afferents.doctor import processor
 from afferents.errors import LeakageError
-from afferents.evaluation.fold_files import finished_keys, load_fold
-from afferents.evaluation.metrics import accuracy_by_group, name_touches
+from afferents.evaluation import fold_files, metrics, plan
 from afferents.evaluation.options import EvaluationOptions
-from afferents.evaluation.plan import open_evaluation
 from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
-from afferents.files import Place
 from afferents.folds.controls import CONTROLS, list_controls, stands_out
 from afferents.models.model import MODELS, Model, choose_models, list_names
-from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate
 from afferents.store.zarr_store import holds_all
@@ -40,13 +35,13 @@ _ENOUGH = 0.9
 def run(
     task: str | Task,
     models: str | Model | Sequence[str | Model],
-    out: Place = "benchmark",
-    data: Place | None = None,
-    preset: Preset = PRESET_ASKED,
+    out: files.Place = "benchmark",
+    data: files.Place | None = None,
+    preset: choices.Preset = choices.PRESET_ASKED,
     seeds: int | Sequence[int] = 1,
     workers: int | None = None,
     quiet: bool = False,
-    device: Device = "auto",
+    device: choices.Device = "auto",
 ) -> list[Entry]:
     """Train and test models on a task, also under controls, and write a line for each.
 
@@ -87,7 +82,7 @@ def run(
         If a model sees anything of what is held out: samples, speeds, or, under permuted labels,
         the labels of the test.
     """
-    import_extra("train", "benchmark", "torch", "sklearn")
+    plugins.import_extra("train", "benchmark", "torch", "sklearn")
     from afferents.evaluation.run import run_evaluation
 
     words = [task if isinstance(task, str) else task.name]
@@ -99,7 +94,7 @@ def run(
         given = {"preset": preset, "seeds": seeds, "workers": workers, "device": device}
         options = EvaluationOptions(models=models, **{**task.options, **given})
         _simulate_data(task, Path(source), progress)
-        plain = open_evaluation(source, Path(out), options, progress)
+        plain = plan.open_evaluation(source, Path(out), options, progress)
         question = task.asked_of(plain.recordings, plain.data[0])
         folder = Path(out) / "results" / f"{task.name.replace('/', '-')}-{question.mark}"
         results = {}
@@ -155,8 +150,8 @@ def _make_entry(
     rows = found.predictions
     rows = rows[(rows["model"] == model.name) & (rows["protocol"] == "nested")]
     facts = [
-        load_fold(found.root, key)[0]
-        for key in finished_keys(found.root)
+        fold_files.load_fold(found.root, key)[0]
+        for key in fold_files.finished_keys(found.root)
         if key.model == model.name and key.protocol == "nested"
     ]
     tried = ((s, _test_touches(rows, found, s)) for s in _TRIED_S)
@@ -214,7 +209,7 @@ def _make_entry(
             "python": platform.python_version(),
             **{package: version(package) for package in ("numpy", "torch", "scikit-learn")},
         },
-        machine=processor(),
+        machine=doctor.processor(),
         date=f"{date.today()}",
         command=shlex.join(command),
     )
@@ -235,5 +230,5 @@ def _describe_leak(entry: Entry) -> str:
 
 def _test_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
     """Return the accuracy of touches of one length; None where there are none."""
-    found = name_touches(rows, results.textures, seconds)
-    return None if found is None else fmean(accuracy_by_group(found.named).values())
+    found = metrics.name_touches(rows, results.textures, seconds)
+    return None if found is None else fmean(metrics.accuracy_by_group(found.named).values())

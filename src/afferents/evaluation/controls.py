@@ -11,15 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from afferents import dims
+from afferents import choices, dims
 from afferents.channels import CHANNELS
-from afferents.choices import flag_of
 from afferents.encodings.samples import find_labels, list_textures
 from afferents.errors import InputError, reading
-from afferents.evaluation import metrics
-from afferents.evaluation.data import Source, encode_all, has
-from afferents.evaluation.intervals import choose_bootstrap_unit
-from afferents.evaluation.results import Accuracies
+from afferents.evaluation import data, intervals, metrics, results
 from afferents.folds import controls as taking
 from afferents.folds.protocol import Indices
 from afferents.folds.splits import LeaveOneGroupOut, groups_of_samples
@@ -64,7 +60,7 @@ def ask_controls(
     if any(dims.POSITION in one for one in recordings):
         return {}
     split, cut = evaluation.options.by, evaluation.options.cut
-    source = Source(CHANNELS[dims.RA2], evaluation.encodings.of("orders"))
+    source = data.Source(CHANNELS[dims.RA2], evaluation.encodings.of("orders"))
     names = taking.list_controls(split)
     if why := _find_hindrance(evaluation, recordings, source):
         progress.note(f"controls ({', '.join(names)}) are left out: {why}")
@@ -72,7 +68,7 @@ def ask_controls(
     found = {}
     for name in ("none", *names):
         left = taking.apply_control(recordings, name, split)
-        samples = split.labelled(encode_all(left, source, cut, progress), left)
+        samples = split.labelled(data.encode_all(left, source, cut, progress), left)
         of, groups = np.unique(split.of(samples), return_inverse=True)
         values = samples.values.reshape(len(samples), -1)
         sharing = np.array([split.sharing(of, group) for group in of.tolist()])
@@ -83,23 +79,23 @@ def ask_controls(
             split.of(samples),
             samples[dims.RECORDING].values,
         )
-        unit = choose_bootstrap_unit(len(evaluation.data), table)
-        found[name] = Accuracies(**metrics.accuracy_fields(table, unit))
+        unit = intervals.choose_bootstrap_unit(len(evaluation.data), table)
+        found[name] = results.Accuracies(**metrics.accuracy_fields(table, unit))
     return {"controls": found}
 
 
 def _find_hindrance(
-    evaluation: "Evaluation", recordings: Sequence[Responses], source: Source
+    evaluation: "Evaluation", recordings: Sequence[Responses], source: data.Source
 ) -> str:
     """Return why there are no controls; empty where there are."""
     options, split = evaluation.options, evaluation.options.by
     if other := [name for name in _OTHER_QUESTIONS if name in options.given()]:
-        flags = ", ".join(map(flag_of, other))
+        flags = ", ".join(map(choices.flag_of, other))
         return f"they answer no question with {flags}; evaluate once without"
     groups = np.array(split.groups_of(recordings))
     if any(split.sharing(groups, group).all() for group in groups.tolist()):
         return f"nothing is left to learn from when one {split.title} is held out"
-    if not all(has(one, source) for one in recordings):
+    if not all(data.has(one, source) for one in recordings):
         return "some recordings have no vibration"
     try:
         for one in recordings:
@@ -391,7 +387,7 @@ def _predict_each(
 
 
 def _find_doubts(
-    found: dict[str, Accuracies], chance: float, samples: pd.DataFrame
+    found: dict[str, results.Accuracies], chance: float, samples: pd.DataFrame
 ) -> Iterator[str]:
     """Yield a sentence for all that makes an accuracy doubtful.
 

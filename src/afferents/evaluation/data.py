@@ -11,37 +11,26 @@ import numpy as np
 import xarray as xr
 from pydantic import ConfigDict, Field, SkipValidation
 
-from afferents import dims
-from afferents.channels import Channel, find_channel
-from afferents.choices import Cut
+from afferents import channels, choices, dims, filling, parallel, plugins
 from afferents.encodings.base import Encoding, SignalInfo
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings
 from afferents.encodings.windows import add_distance
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation.intervals import numbered
-from afferents.evaluation.results import Lost, WithIssues
-from afferents.extraction.copies import add_fingerprint
-from afferents.extraction.extract import responses_of
-from afferents.filling import fill
+from afferents.evaluation import intervals, results
+from afferents.extraction import copies, extract
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, corrupted
 from afferents.folds.held_out import condition_text
 from afferents.models import card
 from afferents.models.model import MODELS, Model
-from afferents.parallel import side_by_side_numbered
-from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
-from afferents.recordings.check import require_own_files
+from afferents.recordings import check, data_sets
 from afferents.recordings.data_set import Data, DataSet
-from afferents.recordings.data_sets import data_set_of, source_of
+from afferents.store import integrity, motion, trimming, zarr_store
 from afferents.store import responses as store
-from afferents.store import zarr_store
-from afferents.store.integrity import DIGEST, sealed, values_digest
-from afferents.store.motion import speed_along
 from afferents.store.recording import RecordingSet, require_distinct
 from afferents.store.responses import Responses, read_whole
-from afferents.store.trimming import cut_audio, set_steady
 
 _FULL_SCALE = "full scale"
 _EVERYTHING, _AS_THEY_ARE = Ablation(), Corruption()
@@ -116,10 +105,10 @@ def open_data(
             replace(
                 data,
                 responses=tuple(
-                    r.assign_attrs(name=numbered(str(r.attrs["name"]), number))
+                    r.assign_attrs(name=intervals.numbered(str(r.attrs["name"]), number))
                     for r in data.responses
                 ),
-                failed={numbered(name, number): why for name, why in data.failed.items()},
+                failed={intervals.numbered(name, number): why for name, why in data.failed.items()},
             )
             for number, data in enumerate(opened, start=1)
         ]
@@ -129,23 +118,23 @@ def open_data(
 
 def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
     """Open one source; responses that lie in a store are opened, all else is read whole."""
-    source, data_set = source_of(given), data_set_of(given)
+    source, data_set = data_sets.source_of(given), data_sets.data_set_of(given)
     if data_set.extracted_first:
         wanted = "a store written by 'afferents extract'"
         raise InputError(f"{data_set.path}: expected {wanted}, found none; extract first")
-    with in_a_sentence(source):
+    with plugins.in_a_sentence(source):
         config, found = dict(data_set.config()), data_set.responses()
         content: Any
         if found is not None:
-            responses = [one if DIGEST in one.attrs else _check(one) for one in found]
+            responses = [one if integrity.DIGEST in one.attrs else _check(one) for one in found]
             if not keep_going:
                 zarr_store.require_all(data_set.path, config, responses, ", or use --keep-going")
             why = "not in the store: its extraction failed or was stopped"
             failed = dict.fromkeys(zarr_store.missing_from(config, responses), why)
-            content = [str(one.attrs[DIGEST]) for one in responses]
+            content = [str(one.attrs[integrity.DIGEST]) for one in responses]
         else:
             session = data_set.scan()
-            require_own_files(session)
+            check.require_own_files(session)
             responses, failed = _read(session, data_set.title, keep_going, progress)
             content = session.checksum
     fingerprint = content
@@ -179,13 +168,13 @@ def _read(
     recordings = session.recordings
     for recording in progress.track(recordings, f"reading {title}", len(recordings)):
         try:
-            with in_a_sentence(recording.name):
+            with plugins.in_a_sentence(recording.name):
                 if recording.video is not None or recording.audio is None:
                     raise InputError(
                         f"{recording.name}: expected vibration alone, or responses, found a video "
                         "or nothing"
                     )
-                responses.append(_check(responses_of(recording)))
+                responses.append(_check(extract.responses_of(recording)))
         except AfferentsError as error:
             if not keep_going:
                 raise
@@ -196,7 +185,7 @@ def _read(
 def _check(responses: Responses) -> Responses:
     """Return responses of the form that a store would hold, with their fingerprint and digest."""
     checked = store.check_responses(responses, str(responses.attrs.get("name", "a recording")))
-    return sealed(add_fingerprint(checked))
+    return integrity.sealed(copies.add_fingerprint(checked))
 
 
 def _leave_out(opened: Sequence[OpenedData], without: Mapping[str, str]) -> list[OpenedData]:
@@ -249,7 +238,7 @@ def _require_distinct(recordings: Sequence[Responses]) -> None:
         name = str(responses.attrs["name"])
         of_skin = dims.SA1 if dims.of_cells(responses) else dims.POSITION  # cells never move
         digests = {"checksum": responses.attrs.get("checksum")} | {
-            variable: values_digest(responses, variable)
+            variable: integrity.values_digest(responses, variable)
             for variable in (of_skin, dims.RA2)
             if variable in responses
         }
@@ -286,7 +275,7 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
         If what a store holds of lost markers can't be read.
     """
     issues = [
-        WithIssues(recording=str(r.attrs["name"]), found=tuple(found))
+        results.WithIssues(recording=str(r.attrs["name"]), found=tuple(found))
         for r in recordings
         if (found := store.issues_in(r.attrs))
     ]
@@ -311,18 +300,18 @@ def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:
     return 1 - float(detected[int(about.get("rest_frame", 0)) :].mean())
 
 
-def summarise_lost(shares: Mapping[str, float]) -> Lost | None:
+def summarise_lost(shares: Mapping[str, float]) -> results.Lost | None:
     """Summarise each recording's share of lost markers; None of no recordings."""
     if not shares:
         return None
     worst = max(shares, key=lambda name: shares[name])
     median = float(np.median(list(shares.values())))
-    return Lost(median=median, worst=shares[worst], recording=worst, n=len(shares))
+    return results.Lost(median=median, worst=shares[worst], recording=worst, n=len(shares))
 
 
 def choose_encodings(
     data: Sequence[OpenedData],
-    cut: Cut,
+    cut: choices.Cut,
     wanted: Mapping[str, Any],
     steady: tuple[float, float] | None = None,
     recordings: Sequence[Responses] | None = None,
@@ -338,13 +327,13 @@ def choose_encodings(
         If an encoding can't have an option.
     """
     first = data[0].origin
-    used = set_steady(join_recordings(data) if recordings is None else recordings, steady)
+    used = trimming.set_steady(join_recordings(data) if recordings is None else recordings, steady)
     signal = _describe_vibration(used, cut) if first.data_set.chooses_encodings else None
     suited = Encodings.suiting(first.data_set.encodings, first.source, signal, wanted)
     return suited.changed(**wanted)
 
 
-def _describe_vibration(recordings: Sequence[Responses], cut: Cut) -> SignalInfo | None:
+def _describe_vibration(recordings: Sequence[Responses], cut: choices.Cut) -> SignalInfo | None:
     """Return what is known of the vibration of recordings; None if there is none to learn from."""
     lengths_s, speeds, ways_mm, vibrations = [], [], [], []
     for responses in recordings:
@@ -353,7 +342,9 @@ def _describe_vibration(recordings: Sequence[Responses], cut: Cut) -> SignalInfo
         vibration = responses[dims.RA2]
         n, rate = vibration.sizes[dims.AUDIO_TIME], float(vibration.attrs[dims.SAMPLE_RATE])
         try:
-            kept = cut_audio(n, rate, cut, store.steady_s(responses), responses.attrs["name"])
+            kept = trimming.cut_audio(
+                n, rate, cut, store.steady_s(responses), responses.attrs["name"]
+            )
         except InputError:  # too short for the cut, which is refused later
             continue
         if length_s := float(kept.stop - kept.start) / rate:
@@ -400,7 +391,7 @@ def note_choice(
 class Source(NamedTuple):
     """What samples are made of, and how."""
 
-    channel: Channel
+    channel: channels.Channel
     encoding: Encoding
 
 
@@ -412,7 +403,7 @@ def list_parts(model: Model) -> list[Model]:
 def find_sources(model: Model, encodings: Encodings) -> tuple[Source, ...]:
     """Return what a model's samples are made of; a fusion has several kinds."""
     return tuple(
-        Source(find_channel(part.channel), encodings.of(part.encoding))
+        Source(channels.find_channel(part.channel), encodings.of(part.encoding))
         for part in list_parts(model)
     )
 
@@ -436,7 +427,7 @@ def has(responses: Responses, source: Source) -> bool:
 def encode(
     responses: Responses,
     source: Source,
-    cut: Cut,
+    cut: choices.Cut,
     ablation: Ablation = _EVERYTHING,
     corruption: Corruption = _AS_THEY_ARE,
 ) -> Samples:
@@ -463,7 +454,7 @@ def encode(
         responses = corrupted(responses, encoding.of_vibration, corruption)
     kept = encoding.kept(responses, channel.made_of, channel.lookback, cut)
     response = ablation.shown(make_response(responses, source))
-    series = speed_along(responses)
+    series = motion.speed_along(responses)
     if series is not None and encoding.by_distance:
         response = add_distance(response, series)
     samples = encoding.samples(response, kept, channel.lookback)
@@ -488,13 +479,13 @@ def make_response(responses: Responses, source: Source) -> xr.DataArray:
         whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
         used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
         response = store.labelled(channel.response(used), responses)
-    return fill(response) if dims.TIME in response.dims else response
+    return filling.fill(response) if dims.TIME in response.dims else response
 
 
 def encode_all(
     recordings: Sequence[Responses],
     source: Source,
-    cut: Cut,
+    cut: choices.Cut,
     progress: Progress,
     ablation: Ablation = _EVERYTHING,
     corruption: Corruption = _AS_THEY_ARE,
@@ -511,7 +502,7 @@ def encode_all(
     _require_one_frame_rate(recordings, source)
     label = f"encoding {source.channel.name} {source.encoding.name}"
     jobs = ((responses, source, cut, ablation, corruption) for responses in recordings)
-    found = side_by_side_numbered(encode, jobs, workers, progress.note)
+    found = parallel.side_by_side_numbered(encode, jobs, workers, progress.note)
     by_number = dict(progress.track(found, label, len(recordings)))
     in_order = [by_number[number] for number in range(len(recordings))]
     most = ablation.speed_change

@@ -4,17 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from afferents import dims
-from afferents.choices import MODELS_ASKED, Cut
+from afferents import choices, dims, files, plugins
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.evaluation import data as opening
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import Results, load_results
-from afferents.files import Place
 from afferents.folds.held_out import split_named
 from afferents.models.model import Model
-from afferents.plugins import import_extra
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.store.trimming import parse_steady, require_within, set_steady
@@ -22,8 +19,8 @@ from afferents.store.trimming import parse_steady, require_within, set_steady
 
 def evaluate(
     data: Data | Sequence[Data],
-    out: Place,
-    models: str | Model | Sequence[str | Model] = MODELS_ASKED,
+    out: files.Place,
+    models: str | Model | Sequence[str | Model] = choices.MODELS_ASKED,
     quiet: bool = False,
     **options: Any,
 ) -> Results:
@@ -68,7 +65,7 @@ def evaluate(
     >>> results.summary["speeds_mm_s"]
     [20.0, 40.0, 60.0]
     """
-    import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
+    plugins.import_extra("train", "evaluate", "torch", "sklearn", "pyarrow")
     from afferents.evaluation.plan import open_evaluation
     from afferents.evaluation.run import run_evaluation
 
@@ -82,7 +79,7 @@ def samples(
     data: Data,
     channel: Any,
     encoding: Any,
-    cut: Cut = "all",
+    cut: choices.Cut = "all",
     quiet: bool = False,
     split: str = "speed",
     steady: Sequence[float] | None = None,
@@ -125,7 +122,7 @@ def samples(
     >>> dict(x.sizes)
     {'sample': 261, 'row': 19, 'column': 19}
     """
-    import_extra("train", "samples", "torch")
+    plugins.import_extra("train", "samples", "torch")
     from afferents.evaluation import plan
 
     what, steady_s = split_named(split), parse_steady(steady, cut)

@@ -25,24 +25,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 
-from afferents import dims, files
-from afferents.channels import CHANNELS, find_channel
-from afferents.documents import read_json
+from afferents import channels, dims, documents, files
 from afferents.encodings.samples import Samples, list_textures
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
-from afferents.evaluation.results import (
-    CONFIG,
-    FOLD_AGAIN,
-    OPTIONS,
-    PREDICTIONS,
-    PROBABILITY,
-    Counted,
-    ModelName,
-    Schema,
-    read_config,
-    read_predictions,
-)
+from afferents.evaluation import results
 from afferents.folds import held_out
 from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName
 from afferents.folds.protocol import Fold, ProtocolName
@@ -57,10 +44,10 @@ State = Literal["done", "running", "failed", "stopped", "to do"]
 _REMOVE = "remove it: it is only shown"
 
 
-class FoldKey(Schema):
+class FoldKey(results.Schema):
     """What names a fold in a results folder: whose it is, and which group is held out."""
 
-    model: ModelName
+    model: results.ModelName
     """Of which model."""
     protocol: ProtocolName
     """`nested` or `published`."""
@@ -84,14 +71,14 @@ class FoldKey(Schema):
         """What is held out: a speed, or a group of another split."""
         return held_out.split_named(self.split_name)
 
-    def folder(self, results: Path) -> Path:
+    def folder(self, out: Path) -> Path:
         """Return the folder of this fold."""
-        seeds = results / FOLDS / self.model / self.protocol
+        seeds = out / FOLDS / self.model / self.protocol
         return seeds / f"seed-{self.seed}" / held_out.folder_name(self.held_out)
 
-    def mark(self, results: Path, kind: str) -> Path:
+    def mark(self, out: Path, kind: str) -> Path:
         """Return the file next to its folder: that it is `running`, `failed`, a `checkpoint`."""
-        folder = self.folder(results)
+        folder = self.folder(out)
         return folder.with_name(f"{folder.name}.{kind}")
 
     def __str__(self) -> str:
@@ -100,7 +87,7 @@ class FoldKey(Schema):
         return f"{self.model}, {self.protocol}, seed {self.seed}, {held_out}"
 
 
-class Epoch(Schema):
+class Epoch(results.Schema):
     """An epoch of a training."""
 
     accuracy: Share
@@ -128,7 +115,7 @@ class FoldFacts(FoldKey):
     """The epoch whose weights were kept, from 1."""
     history: tuple[Epoch, ...] = ()
     """`accuracy`, `validation_accuracy` and losses of each epoch."""
-    leaks: dict[str, Counted]
+    leaks: dict[str, results.Counted]
     """What was seen of the test samples before the test."""
 
     @property
@@ -145,17 +132,17 @@ def read_facts(path: Path) -> FoldFacts:
     InputError
         If they are missing or damaged.
     """
-    return FoldFacts.read(path, "the facts of a fold", FOLD_AGAIN)
+    return FoldFacts.read(path, "the facts of a fold", results.FOLD_AGAIN)
 
 
-def finished(results: Path, key: FoldKey) -> bool:
+def finished(out: Path, key: FoldKey) -> bool:
     """Return whether a fold is there: present means complete."""
-    return (key.folder(results) / FOLD).is_file()
+    return (key.folder(out) / FOLD).is_file()
 
 
-def finished_keys(results: Path) -> list[FoldKey]:
+def finished_keys(out: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, group."""
-    keys = [read_facts(path).key for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
+    keys = [read_facts(path).key for path in out.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     rank = {name: i for i, name in enumerate(MODELS)}  # a user's own models come last
     keys.sort(key=lambda key: (key.model, key.protocol, key.seed, held_out.order(key.held_out)))
     return sorted(keys, key=lambda key: rank.get(key.model, len(rank)))
@@ -194,28 +181,28 @@ def predictions_table(
     )
     if speed_mm_s is not None:
         table["predicted_speed_mm_s"] = speed_mm_s
-    columns = {f"{PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
+    columns = {f"{results.PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
     return pd.concat([table, pd.DataFrame(columns)], axis=1)
 
 
-def save_fold(results: Path, facts: FoldFacts, predictions: pd.DataFrame, weights: bytes) -> None:
+def save_fold(out: Path, facts: FoldFacts, predictions: pd.DataFrame, weights: bytes) -> None:
     """Write a fold's predictions, facts, and the content of its weights file; all or nothing."""
-    ours = files.holds_only(FOLD, PREDICTIONS, WEIGHTS)
-    with files.write_aside(facts.folder(results), ours) as partial:
+    ours = files.holds_only(FOLD, results.PREDICTIONS, WEIGHTS)
+    with files.write_aside(facts.folder(out), ours) as partial:
         partial.mkdir()
-        with (partial / PREDICTIONS).open("wb") as file:
+        with (partial / results.PREDICTIONS).open("wb") as file:
             predictions.to_parquet(file, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
         facts.write(partial / FOLD)
 
 
-def load_fold(results: Path, key: FoldKey) -> tuple[FoldFacts, pd.DataFrame]:
+def load_fold(out: Path, key: FoldKey) -> tuple[FoldFacts, pd.DataFrame]:
     """Read a finished fold: its facts and its predictions."""
-    folder = key.folder(results)
-    return read_facts(folder / FOLD), read_predictions(folder / PREDICTIONS)
+    folder = key.folder(out)
+    return read_facts(folder / FOLD), results.read_predictions(folder / results.PREDICTIONS)
 
 
-class PlannedJobs(Schema):
+class PlannedJobs(results.Schema):
     """`plan.json`: the requested trainings, and by how many processes."""
 
     workers: int = Field(ge=1)
@@ -226,7 +213,7 @@ class PlannedJobs(Schema):
     """The folds."""
 
 
-class Running(Schema):
+class Running(results.Schema):
     """``<group>.running``: which process trains the fold now."""
 
     host: str
@@ -237,7 +224,7 @@ class Running(Schema):
     """Seconds since 1970."""
 
 
-class Failed(Schema):
+class Failed(results.Schema):
     """``<group>.failed``: why a fold could not be trained."""
 
     why: str
@@ -265,7 +252,7 @@ class JobStatus:
 
 
 def write_plan(
-    results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | None = None
+    out: Path, keys: Iterable[FoldKey], workers: int, cluster: str | None = None
 ) -> None:
     """Write the plan of the jobs to do, and keep the jobs of earlier plans that have results.
 
@@ -276,21 +263,21 @@ def write_plan(
     cluster
         Where they are, if not on this machine.
     """
-    begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
-    earlier = read_plan(results).jobs if begun else ()
+    begun = (out / PLAN).is_file() and (out / results.CONFIG).is_file()
+    earlier = read_plan(out).jobs if begun else ()
     jobs = tuple(dict.fromkeys([*earlier, *keys]))
-    PlannedJobs(workers=workers, cluster=cluster, jobs=jobs).write(results / PLAN)
+    PlannedJobs(workers=workers, cluster=cluster, jobs=jobs).write(out / PLAN)
 
 
-def read_plan(results: Path) -> PlannedJobs:
+def read_plan(out: Path) -> PlannedJobs:
     """Return what is planned in a folder."""
-    return PlannedJobs.read(results / PLAN, "a plan of trainings", _REMOVE)
+    return PlannedJobs.read(out / PLAN, "a plan of trainings", _REMOVE)
 
 
 @contextmanager
-def mark_running(results: Path, key: FoldKey) -> Iterator[None]:
+def mark_running(out: Path, key: FoldKey) -> Iterator[None]:
     """Mark a job as running inside, and as failed if it raises."""
-    running, failed = key.mark(results, "running"), key.mark(results, "failed")
+    running, failed = key.mark(out, "running"), key.mark(out, "failed")
     failed.unlink(missing_ok=True)
     Running(host=socket.gethostname(), pid=os.getpid(), since=time.time()).write(running)
     try:
@@ -302,7 +289,7 @@ def mark_running(results: Path, key: FoldKey) -> Iterator[None]:
         running.unlink(missing_ok=True)
 
 
-def job_statuses(results: Path) -> list[JobStatus]:
+def job_statuses(out: Path) -> list[JobStatus]:
     """Return the status of every planned job, in the order of the plan.
 
     Raises
@@ -310,19 +297,17 @@ def job_statuses(results: Path) -> list[JobStatus]:
     InputError
         If nothing was planned in this folder.
     """
-    if not (results / PLAN).is_file():
-        raise InputError(
-            f"{results}: expected a results folder that evaluate has begun, found none"
-        )
-    return [_read_status(results, key) for key in read_plan(results).jobs]
+    if not (out / PLAN).is_file():
+        raise InputError(f"{out}: expected a results folder that evaluate has begun, found none")
+    return [_read_status(out, key) for key in read_plan(out).jobs]
 
 
-def _read_status(results: Path, key: FoldKey) -> JobStatus:
-    if finished(results, key):
-        facts = read_facts(key.folder(results) / FOLD)
+def _read_status(out: Path, key: FoldKey) -> JobStatus:
+    if finished(out, key):
+        facts = read_facts(key.folder(out) / FOLD)
         seconds = facts.seconds if facts.job_seconds is None else facts.job_seconds
         return JobStatus(key, "done", seconds)
-    failed, running = key.mark(results, "failed"), key.mark(results, "running")
+    failed, running = key.mark(out, "failed"), key.mark(out, "running")
     if failed.is_file():
         return JobStatus(key, "failed", why=Failed.read(failed, "a mark", _REMOVE).why)
     if not running.is_file():
@@ -360,7 +345,7 @@ def seconds_left(statuses: list[JobStatus], workers: int) -> float | None:
     return left / workers
 
 
-def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
+def check_results_folder(out: Path, config: Mapping[str, Any]) -> None:
     """Check that a folder is new, empty, or holds results of this configuration.
 
     Raises
@@ -368,15 +353,17 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     InputError
         If it holds something else, or the results of another configuration.
     """
-    if (results / CONFIG).is_file():
+    if (out / results.CONFIG).is_file():
         usual = {"split": SPEED.name, "steady_s": "as recorded"}  # what goes without a key
-        earlier, now = ({**usual, **_without_paths(one)} for one in (read_config(results), config))
-        files.require_same_config(results, "results", earlier, now)
+        earlier, now = (
+            {**usual, **_without_paths(one)} for one in (results.read_config(out), config)
+        )
+        files.require_same_config(out, "results", earlier, now)
     else:
-        files.require_free(results, files.holds_only(PLAN, FOLDS, OWN_MODELS))
+        files.require_free(out, files.holds_only(PLAN, FOLDS, OWN_MODELS))
 
 
-def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
+def claim_results_folder(out: Path, config: Mapping[str, Any]) -> None:
     """Write the configuration unless it is there; called before the first fold is kept.
 
     Raises
@@ -384,10 +371,10 @@ def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     InputError
         If an evaluation with another configuration was quicker.
     """
-    if (results / CONFIG).is_file():
-        check_results_folder(results, config)
+    if (out / results.CONFIG).is_file():
+        check_results_folder(out, config)
     else:
-        files.write_json(results / CONFIG, dict(config))
+        files.write_json(out / results.CONFIG, dict(config))
 
 
 def config_digest(config: Mapping[str, Any]) -> str:
@@ -402,10 +389,10 @@ def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
     And what was chosen in one run: other models, seeds or processes stand in the same folder.
     """
     data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
-    return {**{k: v for k, v in config.items() if k != OPTIONS}, "data": data}
+    return {**{k: v for k, v in config.items() if k != results.OPTIONS}, "data": data}
 
 
-def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
+def keep_own_models(out: Path, models: Sequence[Model], encodings: Encodings) -> None:
     """Put down what a user's own models are, next to those of earlier runs.
 
     One name must stand for one model.
@@ -415,25 +402,25 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
     InputError
         If a name stood for another model before, of which a fold was learnt or begun.
     """
-    kept = _read_own_models(results)
+    kept = _read_own_models(out)
     for model in pick_own(models):
         found = _describe_model(model, encodings)
-        there = (results / FOLDS / model.name).rglob("*")
+        there = (out / FOLDS / model.name).rglob("*")
         begun = any(path.name == FOLD or path.suffix == ".checkpoint" for path in there)
         earlier, kept[model.name] = kept.get(model.name, found), found
         if begun and earlier != found:
             raise InputError(
-                f"{results}: expected results of the model '{model.name}' as it is now, found "
+                f"{out}: expected results of the model '{model.name}' as it is now, found "
                 "those of another that had its name; give it another name, or choose another "
                 "--out"
             )
     if kept:
-        files.write_json(results / OWN_MODELS, kept)
+        files.write_json(out / OWN_MODELS, kept)
 
 
-def _read_own_models(results: Path) -> dict[str, Any]:
-    path = results / OWN_MODELS
-    return read_json(path, "your own models") if path.is_file() else {}
+def _read_own_models(out: Path) -> dict[str, Any]:
+    path = out / OWN_MODELS
+    return documents.read_json(path, "your own models") if path.is_file() else {}
 
 
 def _describe_model(model: Model, encodings: Encodings) -> dict[str, Any]:
@@ -447,9 +434,9 @@ def _describe_model(model: Model, encodings: Encodings) -> dict[str, Any]:
             return ""
 
     encoding, classifier = encodings.of(model.encoding), model.classifier
-    channel = find_channel(model.channel)
+    channel = channels.find_channel(model.channel)
     own: dict[str, type] = {}
-    if CHANNELS.get(channel.name) != channel:
+    if channels.CHANNELS.get(channel.name) != channel:
         own[repr(channel)] = type(channel)
     if ENCODINGS.get(encoding.name) is not type(encoding):
         own[encoding.name] = type(encoding)
@@ -467,12 +454,12 @@ def _describe_model(model: Model, encodings: Encodings) -> dict[str, Any]:
     }
 
 
-def describe_own_models(results: Path) -> dict[str, Any]:
+def describe_own_models(out: Path) -> dict[str, Any]:
     """Return a summary's `titles` and `lengths` of a user's own models, if there are any.
 
     Lengths are by the name of the model that they are variants of, shortest first.
     """
-    kept = _read_own_models(results)
+    kept = _read_own_models(out)
     lengths: dict[str, dict[int, str]] = {}
     for name, described in kept.items():
         if base := described.get("variant_of"):

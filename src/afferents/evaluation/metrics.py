@@ -10,9 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from afferents.errors import InputError
-from afferents.evaluation import intervals, results
-from afferents.evaluation.fold_files import FoldFacts, FoldKey, load_fold
-from afferents.evaluation.intervals import Accuracy
+from afferents.evaluation import fold_files, intervals, results
 from afferents.files import write_aside
 from afferents.folds.held_out import SPEED, Group, Split, column_of, group_in, key_of, order
 from afferents.folds.splits import groups_of_samples
@@ -42,7 +40,7 @@ def accuracy_by_group(predictions: pd.DataFrame) -> dict[Group, float]:
 def accuracy_fields(predictions: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of `Accuracies` of samples, recordings or touches."""
     by_group = accuracy_by_group(predictions)
-    accuracy = Accuracy(intervals.count_right(predictions, bootstrap_unit))
+    accuracy = intervals.Accuracy(intervals.count_right(predictions, bootstrap_unit))
     of_groups = intervals.intervals_by_group(accuracy)
     return {
         "mean_accuracy": sum(by_group.values()) / len(by_group),
@@ -290,7 +288,7 @@ def measure_reliability(predictions: pd.DataFrame) -> results.Reliability | None
 
 
 def summarise(
-    folder: Path, keys: Sequence[FoldKey], textures: list[str], about: Mapping[str, Any]
+    folder: Path, keys: Sequence[fold_files.FoldKey], textures: list[str], about: Mapping[str, Any]
 ) -> results.Summary:
     """Read the folds of `keys`, write predictions.parquet and summary.json, return the summary.
 
@@ -300,15 +298,15 @@ def summarise(
         What the summary holds of the whole (data, cut, preset, skipped recordings). Where it names
         several sources, each is a session.
     """
-    loaded = [(key, *load_fold(folder, key)) for key in keys]
+    loaded = [(key, *fold_files.load_fold(folder, key)) for key in keys]
     everything = pd.concat([table for *_, table in loaded])
     unit = intervals.choose_bootstrap_unit(len(about["data"]), everything)
     models: dict[str, dict[str, results.Outcome]] = {}
-    accuracies: dict[tuple[str, str], Accuracy] = {}
+    accuracies: dict[tuple[str, str], intervals.Accuracy] = {}
     for model, protocol in dict.fromkeys((key.model, key.protocol) for key in keys):
         mine = [one for one in loaded if (one[0].model, one[0].protocol) == (model, protocol)]
         predictions = pd.concat([table for *_, table in mine])
-        accuracies[model, protocol] = Accuracy(intervals.count_right(predictions, unit))
+        accuracies[model, protocol] = intervals.Accuracy(intervals.count_right(predictions, unit))
         found = _summarise_model(predictions, [facts for _, facts, _ in mine], textures, unit)
         models.setdefault(model, {})[protocol] = found
     with write_aside(folder / results.PREDICTIONS) as partial, partial.open("wb") as file:
@@ -343,7 +341,7 @@ def summarise(
 
 
 def _summarise_model(
-    predictions: pd.DataFrame, facts: Sequence[FoldFacts], textures: list[str], unit: str
+    predictions: pd.DataFrame, facts: Sequence[fold_files.FoldFacts], textures: list[str], unit: str
 ) -> results.Outcome:
     """Return what came out for one model under one protocol."""
     by_touch: dict[str, results.OfTouches | None] = {}
@@ -393,7 +391,7 @@ def _fields_with_inside(predictions: pd.DataFrame, unit: str) -> dict[str, Any]:
 
 
 def _collect(
-    facts: Sequence[FoldFacts], get: Callable[[FoldFacts], Any]
+    facts: Sequence[fold_files.FoldFacts], get: Callable[[fold_files.FoldFacts], Any]
 ) -> dict[str, tuple[Any, ...]]:
     """Return what is got of each fold by group held out, one value a seed."""
     collected: dict[str, tuple[Any, ...]] = {}

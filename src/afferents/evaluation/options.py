@@ -8,20 +8,9 @@ was chosen. Options of encodings, such as ``frames=20``, stand next to the field
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+import pydantic
 
-from afferents import choices
-from afferents.documents import reason_in
+from afferents import choices, documents
 from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError, raised
 from afferents.folds.ablation import Ablation, parse_speeds
@@ -29,11 +18,10 @@ from afferents.folds.bands import name_bands
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, condition_text, split_named
 from afferents.folds.protocol import PROTOCOLS, Protocol
-from afferents.models.config import Hyperparameters, TrainingConfig, training_config
-from afferents.models.model import list_wanted
+from afferents.models import config, model
 from afferents.store.trimming import Steady, parse_steady, written
 
-_Seed = Annotated[int, Field(ge=0, le=choices.LARGEST_SEED)]
+_Seed = Annotated[int, pydantic.Field(ge=0, le=choices.LARGEST_SEED)]
 IN_SUMMARY = frozenset({
     "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
     "device", "precision",
@@ -51,7 +39,7 @@ def _read_names(given: str | float | Iterable[Any]) -> tuple[str, ...]:
     return tuple(str(part).strip() for part in parts)
 
 
-class TrainingOptions(BaseModel):
+class TrainingOptions(pydantic.BaseModel):
     """What can be chosen of every training; `EvaluationOptions` has more.
 
     Raises
@@ -60,16 +48,16 @@ class TrainingOptions(BaseModel):
         When it is made of something that makes no sense, naming the option.
     """
 
-    model_config = ConfigDict(
+    model_config = pydantic.ConfigDict(
         frozen=True, extra="allow", arbitrary_types_allowed=True, use_attribute_docstrings=True
     )
 
     preset: choices.Preset = choices.PRESET_ASKED
     """How networks are trained: as in the 'paper' (days for Table 1), 'fast', or 'quick', to see
     that it runs."""
-    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.changed)] = Field(
-        default_factory=Hyperparameters
-    )
+    recipe: Annotated[
+        config.Hyperparameters, pydantic.PlainSerializer(lambda r: r.source or r.changed)
+    ] = pydantic.Field(default_factory=config.Hyperparameters)
     """TOML file of hyperparameters that are not to be the preset's: learning_rate, max_epochs,
     dropout and others, for all networks or in a table for each."""
     cut: choices.Cut = "all"
@@ -84,11 +72,12 @@ class TrainingOptions(BaseModel):
     bands: str = ""
     """Hold out bands of speed (mm/s) or of force (N) in turn, where they change within recordings:
     edges 20,40,60, or 4 for as many with equally long parts."""
-    steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
+    steady: Annotated[Steady | None, pydantic.PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
     says, else all but 2.5 s at each end)."""
     disturb_training: Annotated[
-        Corruption, BeforeValidator(lambda given: Corruption.of(given, "--disturb-training"))
+        Corruption,
+        pydantic.BeforeValidator(lambda given: Corruption.of(given, "--disturb-training")),
     ] = Corruption()
     """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
     the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
@@ -101,7 +90,7 @@ class TrainingOptions(BaseModel):
     precision: choices.Precision = "auto"
     """Number format; 'auto' is bfloat16 where the processor supports it."""
 
-    @model_validator(mode="wrap")
+    @pydantic.model_validator(mode="wrap")
     @classmethod
     def _in_one_sentence(cls, given: Any, validate: Callable[[Any], Self]) -> Self:
         try:
@@ -111,27 +100,27 @@ class TrainingOptions(BaseModel):
                     bands = ",".join(f"{edge:g}" for edge in _as_list(bands))
                 chosen["split"] = name_bands(chosen.get("split", SPEED.name), bands)
             return validate(chosen)
-        except ValidationError as error:
+        except pydantic.ValidationError as error:
             fault = error.errors()[0]
             raise InputError(
-                f"{choices.flag_of(str(fault['loc'][0]))}: expected {reason_in(fault)}, found "
-                f"{fault['input']!r}"
+                f"{choices.flag_of(str(fault['loc'][0]))}: expected "
+                f"{documents.reason_in(fault)}, found {fault['input']!r}"
             ) from None
         except (AttributeError, TypeError) as error:
             raise InputError(
                 f"the options: expected values of the kind that each takes, found {raised(error)}"
             ) from error
 
-    @field_validator("recipe", mode="before")
+    @pydantic.field_validator("recipe", mode="before")
     @classmethod
-    def _read_recipe(cls, given: Any, info: ValidationInfo) -> Any:
-        if isinstance(given, Hyperparameters):
+    def _read_recipe(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+        if isinstance(given, config.Hyperparameters):
             return given
-        return Hyperparameters.of(given, info.data.get("preset", choices.PRESET_ASKED))
+        return config.Hyperparameters.of(given, info.data.get("preset", choices.PRESET_ASKED))
 
-    @field_validator("steady", mode="before")
+    @pydantic.field_validator("steady", mode="before")
     @classmethod
-    def _read_steady(cls, given: Any, info: ValidationInfo) -> Steady | None:
+    def _read_steady(cls, given: Any, info: pydantic.ValidationInfo) -> Steady | None:
         return parse_steady(given, info.data.get("cut", "all"))
 
     @property
@@ -139,10 +128,10 @@ class TrainingOptions(BaseModel):
         """What is held out, as an object."""
         return split_named(self.split)
 
-    def training(self, network: str) -> TrainingConfig:
+    def training(self, network: str) -> config.TrainingConfig:
         """Return how a network is trained; by name, see `models.config.RECIPES`."""
         changed = self.recipe.changed.get(network)
-        return training_config(
+        return config.training_config(
             self.preset, network, changed, self.statistics, self.device, self.precision
         )
 
@@ -183,9 +172,9 @@ class EvaluationOptions(TrainingOptions):
 
     models: Annotated[
         Any,
-        PlainSerializer(
+        pydantic.PlainSerializer(
             lambda given: ",".join(
-                one if isinstance(one, str) else one.name for one in list_wanted(given)
+                one if isinstance(one, str) else one.name for one in model.list_wanted(given)
             )
         ),
     ] = choices.MODELS_ASKED
@@ -197,12 +186,14 @@ class EvaluationOptions(TrainingOptions):
     'both'."""
     seed: _Seed = 0
     """First random seed."""
-    seeds: tuple[_Seed, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)
+    seeds: tuple[_Seed, ...] = pydantic.Field(
+        default_factory=lambda others: (others["seed"],), min_length=1
+    )
     """How many seeds each model is trained with (default: 1).
 
     In Python a list names them: ``seeds=(3, 5)``.
     """
-    textures: Annotated[tuple[str, ...], BeforeValidator(_read_names)] = ()
+    textures: Annotated[tuple[str, ...], pydantic.BeforeValidator(_read_names)] = ()
     """Use only these textures: folder names or the paper's letters."""
     speeds: tuple[float, ...] = ()
     """Use only these speeds, mm/s: 10,50,100 or 10..100:30."""
@@ -211,21 +202,21 @@ class EvaluationOptions(TrainingOptions):
     train_speeds: int | None = None
     """How many speeds each fold trains on (default: all it has)."""
     test_only: Annotated[
-        tuple[str, str] | None, PlainSerializer(lambda pair: pair and dict([pair]))
+        tuple[str, str] | None, pydantic.PlainSerializer(lambda pair: pair and dict([pair]))
     ] = None
     """Test only recordings with this condition and train on the others: repetition=1."""
-    speed_change: float | None = Field(default=None, gt=0)
+    speed_change: float | None = pydantic.Field(default=None, gt=0)
     """Leave out samples whose speed changes by more than this share of its mean, from the slowest
     to the fastest moment."""
     held_out: tuple[Group, ...] = ()
     """Hold out only these speeds, mm/s, or values of --split's condition (default: each)."""
-    without: dict[str, str] = Field(default_factory=dict)
+    without: dict[str, str] = pydantic.Field(default_factory=dict)
     """Leave out recordings with this condition: pressure=F250."""
     penalty: choices.Penalty = "fixed"
     """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
     each fold by leaving out its training speeds in turn ('searched')."""
     disturb: Annotated[
-        Corruption, BeforeValidator(lambda given: Corruption.of(given, "--disturb"))
+        Corruption, pydantic.BeforeValidator(lambda given: Corruption.of(given, "--disturb"))
     ] = Corruption()
     """Corrupt the recordings that are tested, as --disturb-training does others."""
     control: choices.Control = "none"
@@ -234,26 +225,26 @@ class EvaluationOptions(TrainingOptions):
     something else."""
     keep_going: bool = False
     """Skip recordings that fail, name them, and exit with code 3."""
-    workers: int | None = Field(default=None, ge=1)
+    workers: int | None = pydantic.Field(default=None, ge=1)
     """Processes to run in parallel (default: one per core)."""
     cluster: str | None = None
     """Run on a Dask cluster instead, such as tcp://scheduler:8786."""
 
-    @field_validator("speeds", mode="before")
+    @pydantic.field_validator("speeds", mode="before")
     @classmethod
     def _read_speeds(cls, given: Any) -> tuple[float, ...]:
         if isinstance(given, str):
             return parse_speeds(given)
         return tuple(map(float, _as_list(given)))
 
-    @field_validator("without", mode="before")
+    @pydantic.field_validator("without", mode="before")
     @classmethod
     def _read_conditions(cls, given: Any) -> dict[str, str]:
         if isinstance(given, Mapping):
             return {str(name): condition_text(value) for name, value in given.items()}
         return choices.parse_conditions([given] if isinstance(given, str) else given, "--without")
 
-    @field_validator("test_only", mode="before")
+    @pydantic.field_validator("test_only", mode="before")
     @classmethod
     def _read_condition(cls, given: Any) -> tuple[str, str]:
         if isinstance(given, str):
@@ -261,9 +252,9 @@ class EvaluationOptions(TrainingOptions):
         ((name, value),) = given.items() if isinstance(given, Mapping) else [tuple(given)]
         return str(name), condition_text(value)
 
-    @field_validator("seeds", mode="before")
+    @pydantic.field_validator("seeds", mode="before")
     @classmethod
-    def _count_seeds(cls, given: Any, info: ValidationInfo) -> tuple[int, ...]:
+    def _count_seeds(cls, given: Any, info: pydantic.ValidationInfo) -> tuple[int, ...]:
         if isinstance(given, str | int):
             try:
                 count = int(given)
@@ -275,9 +266,9 @@ class EvaluationOptions(TrainingOptions):
             return tuple(range(first, first + count))
         return tuple(dict.fromkeys(_as_list(given)))
 
-    @field_validator("held_out", mode="before")
+    @pydantic.field_validator("held_out", mode="before")
     @classmethod
-    def _read_groups(cls, given: Any, info: ValidationInfo) -> tuple[Group, ...]:
+    def _read_groups(cls, given: Any, info: pydantic.ValidationInfo) -> tuple[Group, ...]:
         split = split_named(info.data.get("split", SPEED.name))
         if isinstance(given, str):
             given = parse_speeds(given, "--held-out") if split == SPEED else _read_names(given)
@@ -289,7 +280,7 @@ class EvaluationOptions(TrainingOptions):
         except (TypeError, ValueError):
             raise InputError(f"--held-out: expected speeds in mm/s, found {given!r}") from None
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check(self) -> Self:
         _ = self.ablation  # which refuses what makes no sense
         return self

@@ -7,33 +7,26 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from afferents import dims
-from afferents.choices import Cut
+from afferents import choices, dims, files
 from afferents.encodings.settings import Encodings
 from afferents.encodings.settings import options as encoding_options
 from afferents.errors import InputError
-from afferents.evaluation import data
+from afferents.evaluation import data, results
 from afferents.evaluation.data import OpenedData, Origin
 from afferents.evaluation.fold_files import FRAMES, config_digest
 from afferents.evaluation.options import IN_SUMMARY, EvaluationOptions, TrainingOptions
-from afferents.evaluation.results import OPTIONS, SCHEMA
 from afferents.extraction import copies
-from afferents.files import Place
 from afferents.folds.controls import apply_control
 from afferents.folds.corruption import Corruption
-from afferents.models import fitting
+from afferents.models import base, fitted, fitting, fusion
 from afferents.models import model as rows
-from afferents.models.base import Solved
 from afferents.models.classifiers import get_classifier
 from afferents.models.config import RECIPES
-from afferents.models.fitted import new_classifier
-from afferents.models.fusion import LateFusion
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data, list_data_sets
-from afferents.store.motion import has_speed
+from afferents.store import motion, trimming
 from afferents.store.responses import Responses, named_by_spacing
-from afferents.store.trimming import set_steady
 from afferents.version import __version__
 
 
@@ -50,7 +43,7 @@ def find_lack(model: Model, recordings: Sequence[Responses]) -> str:
         name = responses.attrs["name"]
         if moved and dims.of_cells(responses):
             return f"{name} lacks {moved[0]}: cells have no displacement"
-        if any(kind.needs_speed for kind in learning) and not has_speed(responses):
+        if any(kind.needs_speed for kind in learning) and not motion.has_speed(responses):
             return f"{name} lacks a speed"
         if not all(data.has(responses, source) for source in sources) or (
             between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2
@@ -92,8 +85,10 @@ def require_support(
 def _require_joinable(model: Model) -> None:
     """Refuse a model with parts that can't be joined, or without what joins them."""
     kind, expected = get_classifier(model.classifier), ""
-    able = [n for n, one in MODELS.items() if issubclass(get_classifier(one.classifier), Solved)]
-    if bool(model.parts) != (kind is LateFusion):
+    able = [
+        n for n, one in MODELS.items() if issubclass(get_classifier(one.classifier), base.Solved)
+    ]
+    if bool(model.parts) != (kind is fusion.LateFusion):
         expected = "parts where the classifier is late-fusion, and only there"
         found = f"{len(model.parts)} parts with {kind.name}"
     elif unable := [part for part in model.parts if part not in able]:
@@ -156,7 +151,7 @@ def require_encodings(
             return any(name in type(source.encoding).model_fields for source in sources)
 
         _require_use(every[name].flag if name in every else name, has_field, models)
-    unknown = [str(r.attrs["name"]) for r in recordings if not has_speed(r)]
+    unknown = [str(r.attrs["name"]) for r in recordings if not motion.has_speed(r)]
     for model in models:
         sources = data.find_sources(model, encodings)
         for part, (_, encoding) in zip(data.list_parts(model), sources, strict=True):
@@ -196,7 +191,7 @@ def require_options(
 
     def has_penalty(model: Model) -> bool:
         kinds = [get_classifier(part.classifier) for part in data.list_parts(model)]
-        solved = [kind for kind in kinds if issubclass(kind, Solved)]
+        solved = [kind for kind in kinds if issubclass(kind, base.Solved)]
         return any(kind.searched or len(kind.penalties) > 1 for kind in solved)
 
     def goes_by_recipe(model: Model) -> bool:
@@ -231,7 +226,7 @@ def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
 
 
 def require_trainable(
-    models: Sequence[Model], recordings: Sequence[Responses], encodings: Encodings, cut: Cut
+    models: Sequence[Model], recordings: Sequence[Responses], encodings: Encodings, cut: choices.Cut
 ) -> None:
     """Refuse models of vibration that can't be built for the samples there will be.
 
@@ -249,7 +244,7 @@ def require_trainable(
         samples = data.encode(recordings[0], source, cut)
         if isinstance(model.classifier, str) and fitting.learns_in_a_loop(model):
             shape = source.encoding.seen(samples.values[:1]).shape[1:]
-            new_classifier(model, samples, source.encoding, shape, n_classes=2)
+            fitted.new_classifier(model, samples, source.encoding, shape, n_classes=2)
 
 
 def read_lengths(given: object) -> tuple[int, ...]:
@@ -362,7 +357,7 @@ class Evaluation:
             **self.encodings.describe(),
             "training": training,
             **({"ablation": ablation} if ablation else {}),
-            OPTIONS: self.options.given(),
+            results.OPTIONS: self.options.given(),
         }
 
     def about(self, recordings: Sequence[Responses]) -> dict[str, Any]:
@@ -373,7 +368,7 @@ class Evaluation:
             **self._describe_data(),
             "afferents": __version__,
             **({"n_used": n_used} if some else {}),
-            OPTIONS: {k: v for k, v in self.options.given().items() if k not in IN_SUMMARY},
+            results.OPTIONS: {k: v for k, v in self.options.given().items() if k not in IN_SUMMARY},
             "skipped": [{"recording": n, "reason": why} for n, why in self.skipped.items()],
             **data.data_quality(recordings),
             **named_by_spacing(recordings),
@@ -387,7 +382,7 @@ class Evaluation:
         chosen |= {"recipe": options.recipe.changed}
         chosen |= {"steady_s": options.steady and list(options.steady)}
         return {
-            "schema": SCHEMA,
+            "schema": results.SCHEMA,
             "data": [origin.model_dump() for origin in self.data],
             "without": dict(options.without),
             "cut": options.cut,
@@ -400,7 +395,7 @@ class Evaluation:
         """Return the recordings that are used, with the part of them that is."""
         options = self.options
         used = options.ablation.recordings(data.join_recordings(self.opened))
-        return apply_control(set_steady(used, options.steady), options.control, options.by)
+        return apply_control(trimming.set_steady(used, options.steady), options.control, options.by)
 
     def to_json(self) -> str:
         """Return what a worker makes it from again, reading the same files; see `run.run_far_job`.
@@ -434,7 +429,7 @@ class Evaluation:
 
 
 def open_evaluation(
-    sources: Data | Sequence[Data], out: Place, options: EvaluationOptions, progress: Progress
+    sources: Data | Sequence[Data], out: files.Place, options: EvaluationOptions, progress: Progress
 ) -> Evaluation:
     """Open the data, after checking what can be checked without them, and choose what suits them.
 

@@ -22,10 +22,8 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.choices import Cut
-from afferents.documents import as_form, read_checked, read_json
+from afferents import choices, documents, files, plugins
 from afferents.errors import InputError, reading
-from afferents.files import write_json
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, GroupName, Split, SplitName, key_of, split_named
@@ -33,7 +31,6 @@ from afferents.folds.protocol import ProtocolName
 from afferents.forms import Amount, Count, Share, Shares, Speed, Steady
 from afferents.models.card import Source
 from afferents.models.model import MODEL_NAME
-from afferents.plugins import import_extra
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 OPTIONS = "options"
@@ -67,7 +64,7 @@ class Schema(BaseModel):
         InputError
             If it is missing or damaged: what it should be, which key is at fault, and what to do.
         """
-        return as_form(read_json(path, what, do), cls, path, what, do)
+        return documents.as_form(documents.read_json(path, what, do), cls, path, what, do)
 
     def content(self) -> dict[str, Any]:
         """Return what the file holds, ready for JSON: all that was given, and nothing else."""
@@ -75,7 +72,7 @@ class Schema(BaseModel):
 
     def write(self, path: Path) -> None:
         """Write the file, whole or not at all."""
-        write_json(path, self.content())
+        files.write_json(path, self.content())
 
 
 class Config(Schema):
@@ -84,7 +81,7 @@ class Config(Schema):
     data: tuple[Source, ...] = Field(min_length=1)
     without: dict[str, str]
     skipped: tuple[str, ...]
-    cut: Cut
+    cut: choices.Cut
     preset: str
     split: SplitName = SPEED.name
     steady_s: Steady | None = None
@@ -256,7 +253,7 @@ class Summary(Schema):
     """How many recordings were used, if not all."""
     options: dict[str, Any] = {}
     """Other options, as `--config` takes them."""
-    cut: Cut
+    cut: choices.Cut
     """Part of the recordings that was used."""
     preset: str
     """Training recipe."""
@@ -435,7 +432,9 @@ def load_results(root: str | Path) -> Results:
 
 def read_config(root: Path) -> dict[str, Any]:
     """Read what a results folder holds; see `load_results`."""
-    return read_checked(root / CONFIG, Config, "the configuration of an evaluation", AGAIN)
+    return documents.read_checked(
+        root / CONFIG, Config, "the configuration of an evaluation", AGAIN
+    )
 
 
 def read_summary(root: Path) -> Summary:
@@ -451,6 +450,6 @@ def read_predictions(path: Path) -> pd.DataFrame:
     InputError
         If the file is missing, damaged, or holds another table.
     """
-    import_extra("train", str(path), "pyarrow")
+    plugins.import_extra("train", str(path), "pyarrow")
     with reading(path, "a table of predictions", do=FOLD_AGAIN), path.open("rb") as file:
         return pd.read_parquet(file)

@@ -19,28 +19,22 @@ import pandas as pd
 import torch
 from joblib import cpu_count
 
-from afferents import dims, parallel
+from afferents import dims, files, outputs, parallel
 from afferents.encodings.samples import Samples
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError, LeakageError
-from afferents.evaluation import controls, data, fold_files, plan
+from afferents.evaluation import controls, data, fold_files, metrics, plan
 from afferents.evaluation.data import OpenedData, Source, find_sources
 from afferents.evaluation.fold_files import FoldFacts, FoldKey, finished, save_fold
-from afferents.evaluation.metrics import summarise
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.plan import Evaluation
 from afferents.evaluation.results import CONFIG, SUMMARY, Summary, read_summary
-from afferents.files import remove_partials, write_json
 from afferents.folds import splits
 from afferents.folds.held_out import Group, key_of
 from afferents.folds.protocol import PROTOCOLS, Indices
-from afferents.models import fitting
+from afferents.models import fitting, folder, hardware, learner
 from afferents.models.fitted import Fitting, Part, predict_alone
-from afferents.models.folder import dump_weights
-from afferents.models.hardware import is_out_of_memory
-from afferents.models.learner import Checkpoint
 from afferents.models.model import Model, list_names
-from afferents.outputs import writing_alone
 from afferents.progress import Progress
 from afferents.store import responses as store
 from afferents.store.responses import Responses
@@ -84,9 +78,9 @@ def run_evaluation(
     config, about = evaluation.config, evaluation.about(recordings)
     about |= {"left_out": left_out, "recommended": plan.recommended(everything)}
     fold_files.check_results_folder(out, config)
-    with writing_alone(out, "evaluate"):
+    with outputs.writing_alone(out, "evaluate"):
         fold_files.check_results_folder(out, config)
-        remove_partials(out)
+        files.remove_partials(out)
         fold_files.keep_own_models(out, able, evaluation.encodings)
         keys = [
             FoldKey.of(model.name, protocol.name, seed, group, options.by)
@@ -110,7 +104,7 @@ def run_evaluation(
         for models in together:
             its = [key for key in keys if key.model in {model.name for model in models}]
             _run_group(evaluation, models, its, recordings, progress)
-        write_json(out / CONFIG, config)
+        files.write_json(out / CONFIG, config)
         if known:
             about["controls"] = known
         elif quick_controls and options.control == "none":
@@ -256,7 +250,9 @@ def run_job(evaluation: Evaluation, key: FoldKey, samples: Sequence[Samples]) ->
     config = evaluation.config
     with _naming(key), fold_files.mark_running(out, key):
         # A training that was cut off is continued under this configuration alone.
-        checkpoint = Checkpoint(key.mark(out, "checkpoint"), fold_files.config_digest(config))
+        checkpoint = learner.Checkpoint(
+            key.mark(out, "checkpoint"), fold_files.config_digest(config)
+        )
         facts, predictions, weights = train_and_test(evaluation, key, samples, checkpoint)
         fold_files.claim_results_folder(out, config)
         save_fold(out, facts, predictions, weights)
@@ -352,7 +348,7 @@ def train_and_test(
     evaluation: Evaluation,
     key: FoldKey,
     samples: Sequence[Samples],
-    checkpoint: Checkpoint | None = None,
+    checkpoint: learner.Checkpoint | None = None,
 ) -> tuple[FoldFacts, pd.DataFrame, bytes]:
     """Train on one fold and test it once.
 
@@ -406,7 +402,7 @@ def train_and_test(
     predictions = fold_files.predictions_table(
         key, lead.samples, lead.fold, fitted.probabilities, fitted.speed_mm_s
     )
-    return FoldFacts.model_validate(facts), predictions, dump_weights(fitted.classifier)
+    return FoldFacts.model_validate(facts), predictions, folder.dump_weights(fitted.classifier)
 
 
 @contextmanager
@@ -419,7 +415,7 @@ def _naming(key: FoldKey) -> Iterator[None]:
     except AfferentsError as error:
         raise AfferentsError(f"{key}: {error}") from error
     except (MemoryError, RuntimeError) as error:
-        if not is_out_of_memory(error):
+        if not hardware.is_out_of_memory(error):
             raise
         raise AfferentsError(
             f"{key}: out of memory; what is finished is kept: run the same command again with "
@@ -448,4 +444,4 @@ def _summarise_folder(
     complete = [k for k in keys if n_folds[k.model, k.protocol, k.seed] == len(groups)]
     held_out = {evaluation.options.by.groups: list(groups)}
     everything = {**about, **held_out, **fold_files.describe_own_models(out)}
-    return summarise(out, complete, store.textures_of(recordings), everything)
+    return metrics.summarise(out, complete, store.textures_of(recordings), everything)

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from afferents import dims
-from afferents.channels import name_of_channel
-from afferents.choices import LARGEST_SEED, require_number
+from afferents import channels, choices, dims, files, plugins
 from afferents.encodings.samples import list_textures
 from afferents.encodings.settings import Encodings, describe_encoding
 from afferents.errors import InputError, then
@@ -20,17 +18,11 @@ from afferents.evaluation.data import OpenedData, Source, encode_all, find_sourc
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.extraction import copies
-from afferents.files import Place, require_free
-from afferents.folds.held_out import SPEED, order
-from afferents.folds.splits import hold_out_the_middle
-from afferents.models import fitting, folder
-from afferents.models.calibrate import calibrate_model
+from afferents.folds import held_out, splits
+from afferents.models import calibrate, classifiers, fitted, fitting, folder
 from afferents.models.card import Card, Score
-from afferents.models.classifiers import get_classifier
 from afferents.models.deployed import Deployed, Recogniser
-from afferents.models.fitted import Part
 from afferents.models.model import MODELS, Model, choose_models, list_names
-from afferents.plugins import reference_of
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.store.responses import Responses, named_by_spacing
@@ -78,33 +70,35 @@ def train_model(
     encodings = encodings or data.encodings
     source, *_ = find_sources(model, encodings)
     recipe = fitting.choose_recipe(model, source.encoding)
-    require_free(out, folder.is_model_folder, force=force, reads=[data.origin.data_set.path])
+    files.require_free(out, folder.is_model_folder, force=force, reads=[data.origin.data_set.path])
     recordings = set_steady(data.responses, options.steady)
     _require_live(model, encodings, recordings, options)
     scores = () if results is None else read_scores(results, model, data, source, options, recipe)
     # What can't be put down in the card is refused before anything is learnt.
     classifier = model.classifier
     if not isinstance(classifier, str):  # of an estimator its class
-        classifier = reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
-    channel, encoding = name_of_channel(source.channel), describe_encoding(source.encoding)
+        classifier = plugins.reference_of(
+            type(classifier) if hasattr(classifier, "fit") else classifier
+        )
+    channel, encoding = channels.name_of_channel(source.channel), describe_encoding(source.encoding)
     sensor = describe_sensor(data, source)
     samples = encode_all(
         recordings, source, options.cut, progress, corruption=options.disturb_training
     )
     samples = options.by.labelled(samples, recordings)
-    fold, textures = hold_out_the_middle(samples, options.by), list_textures(samples)
+    fold, textures = splits.hold_out_the_middle(samples, options.by), list_textures(samples)
     torch.set_num_threads(1)
-    config, part = options.training(recipe), Part(samples, fold, source.encoding)
+    config, part = options.training(recipe), fitted.Part(samples, fold, source.encoding)
     with progress.task("training", 1) as mark:
         network, learnt = fitting.fit_once(model, part, config, seed, mark)
         mark(1)
     deployed = Deployed(network.cpu(), len(textures), learnt.scale).eval()
     own = folder.find_own_types(deployed.network)
-    calibration = calibrate_model(deployed, learnt, fold, samples)
+    calibration = calibrate.calibrate_model(deployed, learnt, fold, samples)
     learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
-    learnt_from = sorted(np.unique(fold.split.of(samples)[fold.train]).tolist(), key=order)
+    learnt_from = sorted(np.unique(fold.split.of(samples)[fold.train]).tolist(), key=held_out.order)
     groups = {"learnt_from_mm_s": tuple(learnt_from), "validated_on_mm_s": fold.validated_by}
-    if fold.split != SPEED:
+    if fold.split != held_out.SPEED:
         groups = {"learnt_from": tuple(learnt_from), "validated_on": fold.validated_by}
         groups |= {"split": fold.split.name}
     card = Card(
@@ -162,7 +156,7 @@ def _require_live(
 
 def can_run_live(model: Model) -> bool:
     """Return whether a model can be trained to be kept: its channel, encoding, classifier can."""
-    if model.parts or not get_classifier(model.classifier).deployable:
+    if model.parts or not classifiers.get_classifier(model.classifier).deployable:
         return False
     channel, encoding = find_sources(model, Encodings())[0]
     return channel.runs_live and encoding.runs_live
@@ -202,7 +196,7 @@ def read_scores(
     scores = []
     for protocol, entry in sorted(found.items()):
         worst: dict[str, Any] = {"split": summary.split.name, "worst_group": entry.worst}
-        if summary.split == SPEED:
+        if summary.split == held_out.SPEED:
             worst = {"worst_mm_s": float(entry.worst)}
         score = Score(
             protocol=protocol,
@@ -266,10 +260,10 @@ def describe_sensor(data: OpenedData, source: Source) -> dict[str, Any]:
 
 def train(
     data: Data,
-    out: Place,
+    out: files.Place,
     model: str | Model = "best",
     seed: int = 0,
-    results: Place | None = None,
+    results: files.Place | None = None,
     force: bool = False,
     quiet: bool = False,
     **options: Any,
@@ -317,7 +311,7 @@ def train(
     >>> card.textures
     ('1', '2', '3')
     """
-    require_number("--seed", seed, 0, LARGEST_SEED)
+    choices.require_number("--seed", seed, 0, choices.LARGEST_SEED)
     chosen, models = TrainingOptions(**options), choose_models(model)
     if len(models) + ("best" in list_names(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
@@ -335,7 +329,7 @@ def train(
         )  # fmt: skip
 
 
-def load_model(model: Place) -> Recogniser:
+def load_model(model: files.Place) -> Recogniser:
     """Read a trained model, which recognises samples.
 
     Parameters

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, model_serializer
 from pydantic.dataclasses import dataclass
 
-from afferents import dims
-from afferents.channels import ra1, sa1
+from afferents import channels, dims
 from afferents.errors import InputError
 from afferents.store.responses import Responses, read_whole
 
@@ -203,13 +202,13 @@ def replace_markers(responses: Responses, position: xr.DataArray, rest: xr.DataA
 
     SA-I and RA-I are worked out anew.
     """
-    slow = sa1(position, drop_digest(rest))
+    slow = channels.sa1(position, drop_digest(rest))
     found = responses.assign({
         dims.POSITION: position,
         dims.DETECTED: position.notnull().all(dims.SPACE),
         dims.REST_POSITION: drop_digest(rest),
         dims.SA1: drop_digest(slow),
-        dims.RA1: drop_digest(ra1(slow)),
+        dims.RA1: drop_digest(channels.ra1(slow)),
     })  # fmt: skip
     return found.assign_attrs(responses.attrs)
 

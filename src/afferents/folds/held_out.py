@@ -18,8 +18,7 @@ from pydantic import Field
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, then
-from afferents.store.motion import has_speed
-from afferents.store.recording import natural_order
+from afferents.store import motion, recording
 from afferents.store.responses import Responses, conditions, speed_of
 
 Group = float | str
@@ -192,7 +191,7 @@ class _BySpeed(Split):
             if speed is None:
                 do = "give it in the session (speed_mm_s) and extract again, or hold out something "
                 do += "else, such as --split trial"
-                if has_speed(responses):
+                if motion.has_speed(responses):
                     do = "it changes within the recording: hold out bands of it, as --bands 20,40"
                 raise InputError(
                     f"{OPTION}: expected the speed of every recording, found none of "
@@ -293,7 +292,7 @@ def order(group: Group) -> tuple[float, str]:
     """Sort key: numbers by value, then words alphabetically."""
     if not isinstance(group, str):
         return (float(group), "")
-    value, _ = natural_order(group)
+    value, _ = recording.natural_order(group)
     return (value, group)
 
 

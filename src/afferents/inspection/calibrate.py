@@ -8,18 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from afferents import files, progress
 from afferents.errors import InputError
-from afferents.files import Place, has_mark, is_our_picture, require_free, write_aside
+from afferents.markers import detect, estimate, rest, suspects
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
-from afferents.markers.detect import find_markers
-from afferents.markers.estimate import looks
-from afferents.markers.rest import BITS, STALE, start_sentences
 from afferents.markers.sensor import WHOLE, DiscDetector, Picture, Sensor, load_sensor
-from afferents.markers.suspects import count_in_fields
-from afferents.progress import printable
 from afferents.recordings.video import open_clip
-from afferents.reporting.recording_figures import markers_figure
-from afferents.reporting.style import save_figure
+from afferents.reporting import recording_figures, style
 
 _ANY_HZ = 1.0
 """Rate of clips of which only places are wanted: of images nothing else says one."""
@@ -77,16 +72,16 @@ def calibrate_sensor(
     # A name that ends in a digit would be read as an image of a numbered series.
     end = "-markers.png" if out.stem[-1].isdigit() else ".png"
     picture = out.with_name(out.stem + end)
-    require_free(out, lambda p: has_mark(p, MADE_BY), force=force, reads=videos)
-    require_free(picture, is_our_picture, force=force, reads=videos)
+    files.require_free(out, lambda p: files.has_mark(p, MADE_BY), force=force, reads=videos)
+    files.require_free(picture, files.is_our_picture, force=force, reads=videos)
     found = calibrate_from_clips(
         [open_clip(video, _ANY_HZ) for video in videos],
-        printable(out.stem),
+        progress.printable(out.stem),
         pitch_mm,
         Picture.model_validate(masks | {"turn": turn}),
     )
     n = len(found.suspects)
-    figure = markers_figure(
+    figure = recording_figures.markers_figure(
         found.image,
         found.position,
         np.ones(len(found.position), dtype=bool),
@@ -95,9 +90,9 @@ def calibrate_sensor(
         suspects=found.suspects,
         masks=found.sensor.picture.masks,
     )
-    with write_aside(out) as partial:  # both, or neither
+    with files.write_aside(out) as partial:  # both, or neither
         partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
-        save_figure(figure, picture)
+        style.save_figure(figure, picture)
     return describe(found), picture
 
 
@@ -127,8 +122,8 @@ def describe(found: Calibration) -> list[str]:
     missing = (sensor.n_markers or 0) - n
     masked = " where keep and hide leave the picture" if sensor.picture.masks else ""
     sentences = [
-        f"{n} {'bright' if bright else 'dark'} markers{masked}{clips}, {looks(detector)}{mm}, "
-        f"{layout.spacing_px:.1f} px apart{scale}.",
+        f"{n} {'bright' if bright else 'dark'} markers{masked}{clips}, "
+        f"{estimate.looks(detector)}{mm}, {layout.spacing_px:.1f} px apart{scale}.",
         f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
         f"{picture.edge_px:.1f} px wide.",
@@ -139,7 +134,7 @@ def describe(found: Calibration) -> list[str]:
             "the markers are taken out before these are looked for (shine_px in the sensor file)."
         )
     sentences += _describe_cuts(found)
-    fields = count_in_fields(np.concatenate([found.position, found.suspects]))
+    fields = suspects.count_in_fields(np.concatenate([found.position, found.suspects]))
     if len(fields) > 1:  # as mirrors make them
         sentences.append(
             f"The picture shows {len(fields)} fields of dots apart from one another, of "
@@ -166,7 +161,7 @@ def _describe_cuts(found: Calibration) -> list[str]:
     What is centred in a circle that hides it, such as a lamp, is not named.
     """
     whole = found.sensor.model_copy(update={"picture": WHOLE})
-    centre, area = find_markers(found.image, whole)
+    centre, area = detect.find_markers(found.image, whole)
     sentences = []
     for key, (x, y, radius) in found.sensor.picture.masks:
         beyond_px = np.hypot(*(centre - (x, y)).T) - radius
@@ -183,8 +178,10 @@ def _describe_cuts(found: Calibration) -> list[str]:
 def _describe_motion(found: Calibration) -> list[str]:
     """Return how the clips start, and where the skin moved: places at rest are doubtful there."""
     clips = {clip.video.path.name: clip for clip in found.clips}
-    starts = {name: {STALE: clip.rest_frame, BITS: clip.bits} for name, clip in clips.items()}
-    return start_sentences(starts) + [
+    starts = {
+        name: {rest.STALE: clip.rest_frame, rest.BITS: clip.bits} for name, clip in clips.items()
+    }
+    return rest.start_sentences(starts) + [
         f"{name}: the skin moves from frame {clip.rest_frame + clip.n_still} on, so {clip.n_still} "
         f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
         for name, clip in clips.items()
@@ -193,8 +190,8 @@ def _describe_motion(found: Calibration) -> list[str]:
 
 
 def calibrate(
-    video: Place | Sequence[Place],
-    out: Place,
+    video: files.Place | Sequence[files.Place],
+    out: files.Place,
     pitch_mm: float | None = None,
     force: bool = False,
     keep: Sequence[float] | None = None,

@@ -12,19 +12,16 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.extraction.extract import marker_responses
 from afferents.extraction.issues import find_video_issues
-from afferents.markers.estimate import recognise_sensor
+from afferents.markers import estimate, track
 from afferents.markers.quality import describe, measure_quality
 from afferents.markers.sensor import Sensor
-from afferents.markers.track import track_markers
 from afferents.progress import Progress
 from afferents.quality.sound import find_sound_issues, measure_level, require_finite
+from afferents.recordings import check, session_file
 from afferents.recordings.audio import WavFile, sound_within
-from afferents.recordings.check import video_facts
-from afferents.recordings.session_file import parse_rate
 from afferents.recordings.video import Footage, VideoWithProgress, open_clip
-from afferents.reporting import recording_figures
+from afferents.reporting import recording_figures, style
 from afferents.reporting.overlay import write_overlay
-from afferents.reporting.style import save_figure
 from afferents.store.recording import GreyImage
 
 MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
@@ -74,19 +71,19 @@ def inspect_video(
     fps_hz: float | None = None,
 ) -> Inspection:
     """Track a video's markers and report how well that went; draw markers, SA-I and RA-I."""
-    video = open_clip(path, None if fps_hz is None else parse_rate(fps_hz))
-    found = Inspection(str(path), facts={"video": video_facts(video)})
+    video = open_clip(path, None if fps_hz is None else session_file.parse_rate(fps_hz))
+    found = Inspection(str(path), facts={"video": check.video_facts(video)})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     every = f"{declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
     found.add("Video", [f"Video of {every}"])
     why = f"The sensor file given is '{sensor.name}'." if sensor else ""
     if sensor is None:
-        sensor, why = recognise_sensor(video)
+        sensor, why = estimate.recognise_sensor(video)
     found.add("Sensor", [why])
     found.add("Sound", sound_within([path]))
     watched = VideoWithProgress(video, progress)
     footage = Footage(watched)
-    tracks = track_markers(footage, sensor)
+    tracks = track.track_markers(footage, sensor)
     steps_ms = 1000 * np.diff(tracks[dims.TIME].values)
     if len(steps_ms):
         every = f"Frames come every {np.median(steps_ms):.2f} ms (median, container's times)."
@@ -129,8 +126,8 @@ def draw_video(
     )
     over_time = recording_figures.responses_figure(responses[dims.SA1], responses[dims.RA1], name)
     return [
-        save_figure(markers, out / MARKERS),
-        save_figure(over_time, out / RESPONSES),
+        style.save_figure(markers, out / MARKERS),
+        style.save_figure(over_time, out / RESPONSES),
     ]
 
 
@@ -170,4 +167,4 @@ def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     """Draw the first seconds of vibration and their spectrum."""
     n = max(4, round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE]))
     figure = recording_figures.vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
-    return save_figure(figure, out / VIBRATION)
+    return style.save_figure(figure, out / VIBRATION)

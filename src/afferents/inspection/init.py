@@ -5,17 +5,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from afferents.documents import quoted
+from afferents import documents, files
 from afferents.errors import InputError, reading, then
-from afferents.files import Place, has_mark, require_free, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.quality.lasting import EDGE_S
-from afferents.recordings.check import RATE_TOLERANCE
+from afferents.recordings import check, layouts
 from afferents.recordings.data_sets import read_session, readers
 from afferents.recordings.described import DATA_SET_FILE, Described
 from afferents.recordings.draft import find_tables, guess_data_set
 from afferents.recordings.guess import Guess, guess_recordings, guess_rule
-from afferents.recordings.layouts import published
 from afferents.recordings.media import find_media, is_sound, named
 from afferents.recordings.pattern import Pattern
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
@@ -40,9 +38,9 @@ class FirstSession:
 def _describe_tables(folder: Path, force: bool) -> FirstSession:
     """Write a first `dataset.toml` into a folder of tables."""
     target = folder / DATA_SET_FILE
-    require_free(target, _is_ours, force=force)
+    files.require_free(target, _is_ours, force=force)
     lines, sentences = guess_data_set(folder, find_tables(folder))
-    write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
+    files.write_text(target, "\n".join([*_head("description of these tables"), *lines]) + "\n")
     try:
         data_set = Described(folder)
         session = data_set.scan()
@@ -57,7 +55,7 @@ def _describe_tables(folder: Path, force: bool) -> FirstSession:
 
 
 def _is_ours(path: Path) -> bool:
-    return has_mark(path, MARK)
+    return files.has_mark(path, MARK)
 
 
 def _head(what: str) -> list[str]:
@@ -121,7 +119,7 @@ class _Found:
         return bool(self.lengths_s) or any(path.endswith("/") for path in self.media)
 
 
-def init_session(folder: Place, force: bool = False) -> FirstSession:
+def init_session(folder: files.Place, force: bool = False) -> FirstSession:
     """Write a first session.toml, or dataset.toml for tables, and say what was guessed.
 
     Parameters
@@ -167,10 +165,10 @@ def init_session(folder: Place, force: bool = False) -> FirstSession:
     if (folder / SESSION_FILE).exists():
         do = "it holds already what a session file would"
         raise InputError(f"{folder}: expected a folder without {SESSION_FILE}, found one{then(do)}")
-    require_free(target, _is_ours, force=force)
+    files.require_free(target, _is_ours, force=force)
     found = _look(folder)
     lines, sentences = _write_lines(found)
-    write_text(target, "\n".join(lines) + "\n")
+    files.write_text(target, "\n".join(lines) + "\n")
     try:
         session = read_session(folder)
     except InputError as error:
@@ -184,7 +182,7 @@ def _look(folder: Path) -> _Found:
     with reading(folder, "a readable folder", OSError):
         paths = find_media(folder)
         try:
-            in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
+            in_layout = bool(layouts.published(folder, SessionFile.model_validate({"fps_hz": 1})))
         except InputError:
             in_layout = False
     if paths == [folder]:
@@ -252,7 +250,7 @@ def _write_pattern(
     lines = [
         "# What stands in braces is read from the names of files. texture may be any label; speed",
         "# is in mm/s; other names (trial, pressure, direction) are conditions.",
-        f"pattern = {quoted(pattern)}",
+        f"pattern = {documents.quoted(pattern)}",
     ]
     sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
     if "{speed}" not in pattern:
@@ -263,14 +261,14 @@ def _write_pattern(
     sounds = [path for path in found.media if is_sound(Path(path))]
     if sounds and not is_sound(Path(names[0])):
         stem = pattern.rstrip("/") if pattern.endswith("/") else pattern.rpartition(".")[0]
-        lines.append(f"audio_pattern = {quoted(stem + Path(sounds[0]).suffix)}")
+        lines.append(f"audio_pattern = {documents.quoted(stem + Path(sounds[0]).suffix)}")
     return lines, sentences
 
 
 def _write_common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines on what all recordings share; what is not known is commented out."""
     if len(found.sensors) == 1:
-        yield f"sensor = {quoted(found.sensors[0])}"
+        yield f"sensor = {documents.quoted(found.sensors[0])}"
     elif not own and found.has_pictures:
         yield "# The sensor file; 'afferents calibrate CLIP --out mine.toml' makes one."
         yield '# sensor = "mine.toml"'
@@ -295,7 +293,7 @@ def _write_common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
 def _find_contradictions(found: _Found) -> dict[str, float]:
     """Return the videos' rates, Hz, if they contradict each other."""
     rates = found.rates_hz
-    apart = rates and max(rates.values()) > min(rates.values()) * (1 + RATE_TOLERANCE)
+    apart = rates and max(rates.values()) > min(rates.values()) * (1 + check.RATE_TOLERANCE)
     return rates if apart else {}
 
 
@@ -313,7 +311,7 @@ def _write_list(
             ("sensor", own.get(guess.video or guess.audio or "")),
         ):
             if value is not None:
-                yield f"{key} = {quoted(value)}"
+                yield f"{key} = {documents.quoted(value)}"
         if guess.speed_mm_s:
             yield f"speed_mm_s = {guess.speed_mm_s:g}"
         else:

@@ -4,21 +4,11 @@ from pathlib import Path
 
 from afferents.errors import InputError
 from afferents.files import Place, is_our_picture, require_free
-from afferents.inspection.files import (
-    MARKERS,
-    RESPONSES,
-    VIBRATION,
-    Inspection,
-    inspect_video,
-    inspect_wav,
-)
-from afferents.inspection.sessions import inspect_recordings
-from afferents.inspection.stores import STEADINESS, inspect_responses
+from afferents.inspection import files, sessions, stores
 from afferents.markers.sensor import Sensor, resolve_sensor
 from afferents.progress import Progress
+from afferents.recordings import data_sets, described
 from afferents.recordings.data_set import Data, DataSet
-from afferents.recordings.data_sets import data_set_of
-from afferents.recordings.described import Described
 from afferents.recordings.media import is_image_folder, is_sound
 from afferents.reporting.overlay import is_overlay
 
@@ -31,7 +21,7 @@ def inspect(
     force: bool = False,
     quiet: bool = False,
     fps_hz: float | None = None,
-) -> Inspection:
+) -> files.Inspection:
     """Check a file or a session: what it holds, whether it is sound, and a picture of it.
 
     Parameters
@@ -76,10 +66,10 @@ def inspect(
     out = Path(out)
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_heard = is_sound(path)
-    is_clip = (path.is_file() or is_image_folder(path)) and not Described.recognises(path)
+    is_clip = (path.is_file() or is_image_folder(path)) and not described.Described.recognises(path)
     if drawn is not None and (is_heard or not is_clip):
         raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
-    for name in (MARKERS, RESPONSES, VIBRATION, STEADINESS):
+    for name in (files.MARKERS, files.RESPONSES, files.VIBRATION, stores.STEADINESS):
         require_free(out / name, is_our_picture)
     if drawn is not None:
         require_free(drawn, is_overlay, force=force, reads=[path])
@@ -88,9 +78,9 @@ def inspect(
     with Progress(quiet) as progress:
         if is_clip and not isinstance(source, DataSet):
             if is_heard:
-                return inspect_wav(path, out)
-            return inspect_video(path, out, given, progress, drawn, fps_hz)
-        data_set = data_set_of(source)
+                return files.inspect_wav(path, out)
+            return files.inspect_video(path, out, given, progress, drawn, fps_hz)
+        data_set = data_sets.data_set_of(source)
         data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
         if data_set.path == path and not path.exists():
             raise InputError(
@@ -98,5 +88,5 @@ def inspect(
             )
         stored = data_set.responses()
         if stored is not None:
-            return inspect_responses(str(source), data_set, stored, out)
-        return inspect_recordings(str(source), data_set, out, progress, given)
+            return stores.inspect_responses(str(source), data_set, stored, out)
+        return sessions.inspect_recordings(str(source), data_set, out, progress, given)

@@ -7,25 +7,21 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from afferents import dims
+from afferents import dims, parallel, plugins
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import share_lost, summarise_lost
 from afferents.extraction.extract import adapt_to_still, responses_of
 from afferents.extraction.issues import find_issues, watched
 from afferents.inspection.files import PICTURED_S, Inspection, draw_vibration, draw_video
 from afferents.inspection.init import grid_sentence, list_first
+from afferents.markers import session_sensors, track
 from afferents.markers.sensor import Sensor
-from afferents.markers.session_sensors import default_sentences, find_sensors
-from afferents.markers.track import ordered_rest, rest_positions, track_markers
-from afferents.parallel import side_by_side_numbered
-from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.quality.lasting import EDGE_S
+from afferents.recordings import check, grid
 from afferents.recordings import session as sessions
-from afferents.recordings.check import ClipFile, facts
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.series import JoinedFiles, SeriesFile
 from afferents.recordings.video import VideoWithProgress
 from afferents.reporting.text import describe_lost
@@ -59,9 +55,9 @@ def check_recording(recording: Recording, data_set: DataSet, sensor: Sensor | No
     """
     row, lost = None, None
     try:
-        with in_a_sentence(recording.name):
+        with plugins.in_a_sentence(recording.name):
             issues = data_set.check(recording)
-            row = facts(recording)
+            row = check.facts(recording)
             seen = watched(recording)
             if sensor is None or seen.video is None:
                 for _ in seen.video.frames() if seen.video else ():
@@ -86,22 +82,22 @@ def inspect_recordings(
     source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
 ) -> Inspection:
     """Check every recording of a data set, all pictures and samples; draw the first one's start."""
-    with in_a_sentence(source):
+    with plugins.in_a_sentence(source):
         session = data_set.scan()
     found = Inspection(source)
     found.add("Recordings", [grid_sentence(session), *data_set.describe(session)])
     found.add("Reference", reference_sentences(session, sensor))
     sensors = None
     if isinstance(session, sessions.Session):
-        sensors = find_sensors(session, sensor)
-        found.add("Sensor", default_sentences(session, sensor))
+        sensors = session_sensors.find_sensors(session, sensor)
+        found.add("Sensor", session_sensors.default_sentences(session, sensor))
     jobs = [
         (recording, data_set, sensors.of(recording) if sensors else None)
         for recording in session.recordings
     ]
     # Sound alone is read sooner than processes begin.
     workers = None if any(r.video for r in session.recordings) else 1
-    looks = side_by_side_numbered(check_recording, jobs, workers, progress.note)
+    looks = parallel.side_by_side_numbered(check_recording, jobs, workers, progress.note)
     looked = dict(progress.track(looks, "checking", len(jobs)))
     in_order = [looked[number] for number in sorted(looked)]
     rows = [look.row for look in in_order if look.row is not None]
@@ -123,7 +119,7 @@ def inspect_recordings(
     try:
         found.add("Logs", log_sentences(session))
         if not found.problems and isinstance(session, sessions.Session):
-            require_rates_that_agree(session, session.declared)
+            grid.require_rates_that_agree(session, session.declared)
     except InputError as error:
         found.problems.append(str(error))
     found.facts = {"recordings": rows, "issues": {k: v for k, v in issues.items() if v}}
@@ -142,7 +138,7 @@ def draw_first(
     """Draw the first seconds of the first recording with markers, and of the first with sound."""
     pictures: list[Path] = []
     for recording, _, sensor in jobs:
-        if sensor is not None and isinstance(video := recording.video, ClipFile):
+        if sensor is not None and isinstance(video := recording.video, check.ClipFile):
             most = sensor.rest_frame + round(PICTURED_S * video.fps_hz)
             start, rest = VideoWithProgress(video, progress, most), None
             clip = session.reference
@@ -151,10 +147,10 @@ def draw_first(
                 and session.declared.rest == "reference"
                 and clip
             ):
-                rest = ordered_rest(
+                rest = track.ordered_rest(
                     clip, adapt_to_still(clip, sensor)
                 )  # displacement counts from it
-            tracks = track_markers(start, sensor, count_from=rest)
+            tracks = track.track_markers(start, sensor, count_from=rest)
             assert start.last is not None
             name = f"{source}, {recording.name}"
             pictures += draw_video(start.last.image, tracks, sensor, name, out)
@@ -223,8 +219,8 @@ def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[st
     if session.reference is None or not isinstance(session, sessions.Session):
         return []
     try:
-        usual = find_sensors(session, sensor).usual
-        rest_positions(session.reference, adapt_to_still(session.reference, usual))
+        usual = session_sensors.find_sensors(session, sensor).usual
+        track.rest_positions(session.reference, adapt_to_still(session.reference, usual))
     except AfferentsError as error:
         return [f"The published tracker can't be led by it: {error}."]
     return []

@@ -18,9 +18,7 @@ from afferents.evaluation.data import share_lost, summarise_lost
 from afferents.extraction.copies import make_notes
 from afferents.inspection.files import PICTURED_S, RESPONSES, Inspection, draw_vibration
 from afferents.recordings.data_set import DataSet
-from afferents.reporting import recording_figures
-from afferents.reporting.style import save_figure
-from afferents.reporting.text import describe_lost
+from afferents.reporting import recording_figures, style, text
 from afferents.store.motion import series_sentences
 from afferents.store.responses import Responses, named_by_spacing, speed_of
 
@@ -107,7 +105,7 @@ def inspect_responses(
         for responses in recordings
         if dims.DETECTED in responses
     }
-    found.add("Markers", [describe_lost(summarise_lost(lost))])
+    found.add("Markers", [text.describe_lost(summarise_lost(lost))])
     found.problems += [
         f"{name}: {100 * share:.1f}% of marker positions are lost."
         for name, share in lost.items()
@@ -119,7 +117,7 @@ def inspect_responses(
         figure = recording_figures.steadiness_figure(
             rows, APART, f"{source}, middle of each recording"
         )
-        found.pictures = [save_figure(figure, out / STEADINESS)]
+        found.pictures = [style.save_figure(figure, out / STEADINESS)]
     if recordings:
         found.pictures += draw_responses(recordings[len(recordings) // 2], source, out)
     return found
@@ -132,7 +130,7 @@ def draw_responses(responses: Responses, source: str, out: Path) -> list[Path]:
         times = responses[dims.TIME].values
         part = responses.isel({dims.TIME: times < times[0] + PICTURED_S})
         figure = recording_figures.responses_figure(part[dims.SA1], part[dims.RA1], name)
-        pictures.append(save_figure(figure, out / RESPONSES))
+        pictures.append(style.save_figure(figure, out / RESPONSES))
     if dims.RA2 in responses:
         pictures.append(draw_vibration(responses[dims.RA2], name, out))
     return pictures

@@ -1,7 +1,7 @@
 """What a classifier is: `Network` (trained in epochs) and `Solved` (solved at once)."""
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import torch
@@ -145,11 +145,6 @@ class Network(Classifier):
         """Return logits (batch, n_classes) of what enters the last layer."""
         logits: Tensor = self.dense[-1](features)
         return logits
-
-    @property
-    def n_last(self) -> int:
-        """Number of last features."""
-        return cast("nn.Linear", self.dense[-1]).in_features
 
 
 class Solved(Classifier):

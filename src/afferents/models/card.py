@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents import dims
-from afferents.choices import Statistics
+from afferents import choices, dims
 from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import InputError
@@ -217,7 +216,7 @@ class Card(BaseModel):
     steady_s: Steady | None = _omitted_if(None)
     disturb_training: Corruption = _omitted_if(Corruption())
     recipe: dict[str, Any] = _omitted_if({})
-    statistics: Statistics = _omitted_if("warmed-up")
+    statistics: choices.Statistics = _omitted_if("warmed-up")
     validation_accuracy: Share
     validation_ci95: Shares
     data: tuple[Source, ...]

@@ -8,8 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.models import fusion, networks, orders, solved
-from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_classifier
+from afferents.models import base, fusion, networks, orders, solved
 
 _TRIAL = 2
 """Samples that a user's module is tried with before it is trained."""
@@ -18,7 +17,7 @@ _LEAST = 1e-12
 _TOLERANCE = 1e-3
 """How far a row of probabilities may be from a sum of 1."""
 
-CLASSIFIERS: dict[str, type[Classifier]] = {
+CLASSIFIERS: dict[str, type[base.Classifier]] = {
     kind.name: kind
     for kind in (
         networks.SpatialNet, networks.CnnLstm, networks.VibrationNet,
@@ -28,7 +27,7 @@ CLASSIFIERS: dict[str, type[Classifier]] = {
 """The paper's three networks, then ours."""
 
 
-def get_classifier(wanted: Any) -> type[Classifier]:
+def get_classifier(wanted: Any) -> type[base.Classifier]:
     """Return the classifier of that name, or one that wraps what is given.
 
     Parameters
@@ -42,7 +41,7 @@ def get_classifier(wanted: Any) -> type[Classifier]:
     InputError
         If it is none of these.
     """
-    if isinstance(wanted, type) and issubclass(wanted, Classifier):
+    if isinstance(wanted, type) and issubclass(wanted, base.Classifier):
         return wanted
     if isinstance(wanted, str):
         if wanted not in CLASSIFIERS:
@@ -65,7 +64,7 @@ def get_classifier(wanted: Any) -> type[Classifier]:
 
 def build(
     classifier: Any, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
-) -> Classifier:
+) -> base.Classifier:
     """Return a classifier for samples of a shape, nothing learnt yet.
 
     Parameters
@@ -87,10 +86,10 @@ def build(
     """
     kind = get_classifier(classifier)
     dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
-    return build_classifier(kind, Task(n_classes, sample_shape, dims, seed=seed))
+    return base.build_classifier(kind, base.Task(n_classes, sample_shape, dims, seed=seed))
 
 
-class OwnNetwork(Network):
+class OwnNetwork(base.Network):
     """A torch module that a user's function makes, trained in the loop as any network."""
 
     recipe = ""
@@ -103,7 +102,7 @@ class OwnNetwork(Network):
         self.module, self.n_classes = module, n_classes
 
     @classmethod
-    def built_for(cls, task: Task) -> Self:
+    def built_for(cls, task: base.Task) -> Self:
         """Return one, after seeing that the module gives what it should.
 
         Raises
@@ -139,7 +138,7 @@ class OwnNetwork(Network):
         return features
 
 
-class OwnEstimator(Solved):
+class OwnEstimator(base.Solved):
     """A scikit-learn estimator on flattened values; its scores are its log-probabilities."""
 
     penalties = (0.0,)
@@ -156,7 +155,7 @@ class OwnEstimator(Solved):
         self.register_buffer("temperature", torch.ones(()))
 
     @classmethod
-    def built_for(cls, task: Task) -> Self:
+    def built_for(cls, task: base.Task) -> Self:
         """Return one for samples of any shape."""
         return cls(task.n_classes)
 
@@ -164,7 +163,7 @@ class OwnEstimator(Solved):
         """Return log-probabilities: what an estimator does inside is its own."""
         return self.scores(samples)
 
-    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: base.FitData, rng: np.random.Generator, penalty: float) -> None:
         """Let the estimator learn, without weights or speeds."""
         try:
             self.fitted.fit(data.values.flatten(1).numpy(), data.labels.numpy())

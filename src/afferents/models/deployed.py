@@ -7,14 +7,12 @@ import torch
 import xarray as xr
 from torch import Tensor, nn
 
-from afferents import dims
-from afferents.channels import find_channel
+from afferents import channels, dims
 from afferents.encodings.samples import Samples, speeds_told
 from afferents.encodings.settings import read_encoding
 from afferents.errors import InputError
-from afferents.models.base import Classifier, Network
+from afferents.models import base, networks
 from afferents.models.card import Card, require_unit
-from afferents.models.networks import CnnLstm, last_state
 
 KNOWN = 0.95
 """Share of samples, of textures known at a speed not learnt from, whose novelty is below 1."""
@@ -99,14 +97,15 @@ class Deployed(nn.Module):
 
     temperature: Tensor
 
-    def __init__(self, network: Classifier, n_classes: int, scale: float) -> None:
+    def __init__(self, network: base.Classifier, n_classes: int, scale: float) -> None:
         """Start with temperature 1, and nothing known."""
         super().__init__()
         self.network = network
         self.scale = scale
         self.register_buffer("temperature", torch.ones(()))
-        of_scores = network.novelty_of_scores
-        n_values = n_classes if of_scores else cast("Network", network).n_last
+        n_values = n_classes
+        if not network.novelty_of_scores:
+            n_values = cast("nn.Linear", cast("base.Network", network).dense[-1]).in_features
         self.novelty = Novelty(n_classes, n_values)
 
     def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
@@ -145,10 +144,10 @@ class Stepping(nn.Module):
         past
             Features of the frames before it, (1, n_frames - 1, feature).
         """
-        whole, network = self.deployed, cast("CnnLstm", self.deployed.network)
+        whole, network = self.deployed, cast("networks.CnnLstm", self.deployed.network)
         newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
         of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
-        last: Tensor = network.dense[:-1](last_state(network.lstm, of_frames))
+        last: Tensor = network.dense[:-1](networks.last_state(network.lstm, of_frames))
         probabilities, novelty = whole.outcome(last)
         return probabilities, novelty, of_frames[:, 1:]
 
@@ -198,7 +197,7 @@ class Recogniser(NamedTuple):
                 f"learnt from, found {samples.shape[1:]}; encode {self.card.channel} as the "
                 "card's 'encoding' says"
             )
-        learnt = find_channel(self.card.channel).name
+        learnt = channels.find_channel(self.card.channel).name
         if (found := samples.attrs.get(dims.CHANNEL, learnt)) != learnt:
             raise InputError(f"samples: expected some of {learnt}, found some of {found}")
         learnt_mm_s = self.card.learnt_from_mm_s

@@ -8,13 +8,12 @@ import numpy as np
 import torch
 from torch import nn
 
+from afferents import files, plugins
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.files import Place, require_free, write_aside
 from afferents.models.card import METADATA, Card, tensor_names
 from afferents.models.deployed import Stepping
 from afferents.models.folder import load_model
 from afferents.models.networks import CnnLstm
-from afferents.plugins import import_extra
 
 AGREES = 1e-4
 """The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
@@ -23,7 +22,7 @@ _TRIALS = 8
 Tensors = tuple[torch.Tensor, ...]
 
 
-def export(model: Place, out: Place, force: bool = False) -> Path:
+def export(model: files.Place, out: files.Place, force: bool = False) -> Path:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes.
 
     It is written whole or not at all, once it is seen to give the same. The input is `sample`, one
@@ -61,9 +60,9 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     >>> export("model", "model.onnx")
     PosixPath('model.onnx')
     """
-    onnx = import_extra("train", "export", "onnx", "onnxscript", "onnxruntime")
+    onnx = plugins.import_extra("train", "export", "onnx", "onnxscript", "onnxruntime")
     folder, out = Path(model), Path(out)
-    require_free(out, is_exported, force=force, reads=[folder])
+    files.require_free(out, is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
         expected = "a model whose classifier is a torch module, or one of this package"
@@ -75,7 +74,7 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     if isinstance(deployed.network, CnnLstm):  # it takes one frame, and what came of those before
         past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
         module, sample = Stepping(deployed).eval(), (sample[0][:, 0], past)
-    with write_aside(out) as partial:
+    with files.write_aside(out) as partial:
         write_onnx(module, sample, partial)
         written = onnx.load(str(partial))
         onnx.helper.set_model_props(written, {METADATA: card.to_json()})

@@ -12,9 +12,8 @@ from afferents.encodings.samples import Samples, find_labels, list_textures, spe
 from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import SPEED, Split
 from afferents.folds.protocol import Fold, Indices
-from afferents.models import calibrate, fusion, solved
+from afferents.models import calibrate, classifiers, fusion, solved
 from afferents.models.base import Classifier, FitData, Solved
-from afferents.models.classifiers import get_classifier
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
 from afferents.models.model import MODELS, Model
 
@@ -59,7 +58,7 @@ def fit_solved(task: Fitting) -> Fitted:
             index = np.sort(np.concatenate([index, part.fold.validation]))
         task.check(number, index)
         learnt_from.append(index)
-    is_fusion = get_classifier(model.classifier) is fusion.LateFusion
+    is_fusion = classifiers.get_classifier(model.classifier) is fusion.LateFusion
     rows = [MODELS[name] for name in model.parts] if is_fusion else [model]
     each = zip(rows, parts, learnt_from, strict=True)
     learnt = [_learn_part(*one, task.seed, task.searched) for one in each]

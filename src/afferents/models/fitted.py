@@ -12,10 +12,8 @@ from afferents import dims
 from afferents.encodings.samples import Samples, list_textures
 from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
-from afferents.models.base import Classifier, Task, build_classifier
-from afferents.models.classifiers import get_classifier
+from afferents.models import base, classifiers, learner
 from afferents.models.config import TrainingConfig
-from afferents.models.learner import Checkpoint
 from afferents.models.model import Model
 
 Check = Callable[[int, Indices], None]
@@ -63,7 +61,7 @@ class Fitting:
     seed: int
     rank: int
     check: Check
-    checkpoint: Checkpoint | None = None
+    checkpoint: learner.Checkpoint | None = None
     searched: bool = False
 
 
@@ -87,7 +85,7 @@ class Fitted:
         several models' samples.
     """
 
-    classifier: Classifier
+    classifier: base.Classifier
     probabilities: NDArray[np.float32]
     speed_mm_s: NDArray[np.float64] | None
     facts: dict[str, Any]
@@ -150,7 +148,7 @@ def new_classifier(
     sample_shape: tuple[int, ...],
     seed: int = 0,
     n_classes: int | None = None,
-) -> Classifier:
+) -> base.Classifier:
     """Return a model's classifier for such samples, nothing learnt yet; see `build_classifier`.
 
     Parameters
@@ -158,7 +156,7 @@ def new_classifier(
     n_classes
         None for the textures of the samples.
     """
-    task = Task(
+    task = base.Task(
         len(list_textures(samples)) if n_classes is None else n_classes,
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
@@ -167,4 +165,4 @@ def new_classifier(
         model.speed_from,
         seed,
     )
-    return build_classifier(get_classifier(model.classifier), task)
+    return base.build_classifier(classifiers.get_classifier(model.classifier), task)

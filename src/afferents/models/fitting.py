@@ -11,12 +11,11 @@ from afferents import dims
 from afferents.encodings.samples import find_labels
 from afferents.errors import AfferentsError, InputError, raised
 from afferents.folds.protocol import PROTOCOLS, Indices
-from afferents.models import fit_solved, hardware, loop
+from afferents.models import fit_solved, fusion, hardware, loop
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, get_classifier
 from afferents.models.config import TrainingConfig
 from afferents.models.fitted import Fitted, Fitting, Part, new_classifier
-from afferents.models.fusion import LateFusion
 from afferents.models.learning_set import LearningSet, learning_set
 from afferents.models.model import MODELS, Model
 
@@ -53,7 +52,7 @@ def fit(task: Fitting) -> Fitted:
         return _fit_network(task)
     if issubclass(kind, OwnEstimator):
         return fit_solved.fit_estimator(task)
-    if issubclass(kind, Solved | LateFusion):
+    if issubclass(kind, Solved | fusion.LateFusion):
         try:
             return fit_solved.fit_solved(task)
         except (AttributeError, TypeError, ValueError, LookupError, ArithmeticError) as error:
@@ -65,7 +64,7 @@ def fit(task: Fitting) -> Fitted:
 
 def _require_learnt(task: Fitting, kind: type[Classifier]) -> None:
     """Refuse to test a texture that can't have been learnt: it would only count as wrong."""
-    solved = issubclass(kind, Solved | LateFusion) and not issubclass(kind, OwnEstimator)
+    solved = issubclass(kind, Solved | fusion.LateFusion) and not issubclass(kind, OwnEstimator)
     for part in task.parts:
         fold, texture = part.fold, part.samples[dims.TEXTURE].values
         learnt = {*texture[fold.train].tolist()}

@@ -14,8 +14,7 @@ from torch import nn
 
 from afferents import dims
 from afferents.encodings.samples import Samples
-from afferents.models.base import Classifier, Task
-from afferents.models.calibrate import cross_entropy
+from afferents.models import base, calibrate
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -23,7 +22,7 @@ Indices = NDArray[np.int64]
 _LOG_WEIGHTS = (-4.0, 4.0)
 
 
-class LateFusion(Classifier):
+class LateFusion(base.Classifier):
     """The models of the parts, and how much each counts.
 
     Parameters
@@ -37,14 +36,14 @@ class LateFusion(Classifier):
     name = "late-fusion"
     deployable = False
 
-    def __init__(self, parts: dict[str, Classifier], weights: list[float]) -> None:
+    def __init__(self, parts: dict[str, base.Classifier], weights: list[float]) -> None:
         """Take the parts."""
         super().__init__()
         self.parts = nn.ModuleDict(parts)
         self.register_buffer("weights", torch.tensor(weights))
 
     @classmethod
-    def built_for(cls, task: Task) -> Self:
+    def built_for(cls, task: base.Task) -> Self:
         """Return one without parts."""
         return cls({}, [])
 
@@ -60,7 +59,7 @@ def best_weights(parts: list[Floats], labels: Indices) -> Floats:
         Their textures, (n,).
     """
     found = minimize(
-        lambda log_weights: cross_entropy(join(parts, np.exp(log_weights)), labels),
+        lambda log_weights: calibrate.cross_entropy(join(parts, np.exp(log_weights)), labels),
         np.zeros(len(parts)),
         bounds=[_LOG_WEIGHTS] * len(parts),
         method="L-BFGS-B",

@@ -15,12 +15,10 @@ from torch import Tensor, nn
 from torch.nn.modules.batchnorm import _BatchNorm
 from torch.optim.lr_scheduler import OneCycleLR
 
-from afferents.documents import parse_json
+from afferents import documents, files
 from afferents.errors import InputError
-from afferents.files import write_aside
-from afferents.models import hardware
+from afferents.models import hardware, layers
 from afferents.models.config import TrainingConfig
-from afferents.models.layers import l2_penalty
 from afferents.models.learning_set import LearningSet
 
 EVERY_S = 300.0
@@ -99,7 +97,7 @@ class Learner:
         """Return logits and loss; only the network itself may run in bfloat16."""
         with self.precision:
             logits = self.model(samples).float()
-        return logits, F.cross_entropy(logits, labels) + l2_penalty(self.model, self.l2)
+        return logits, F.cross_entropy(logits, labels) + layers.l2_penalty(self.model, self.l2)
 
 
 class Tally:
@@ -253,7 +251,7 @@ class Checkpoint:
             "learner": learner.state(),
         }
         content = save(tensors, {name: json.dumps(value) for name, value in rest.items()})
-        with write_aside(self.path) as partial:
+        with files.write_aside(self.path) as partial:
             partial.write_bytes(content)
         self._written_s = time.monotonic()
 
@@ -268,7 +266,7 @@ class Checkpoint:
             with safe_open(self.path, "pt", device=str(learner.device)) as file:
                 stored = (file.metadata() or {}).items()
                 what = "a checkpoint of a training"
-                rest = {name: parse_json(text, self.path, what) for name, text in stored}
+                rest = {name: documents.parse_json(text, self.path, what) for name, text in stored}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         except (OSError, SafetensorError, InputError):
             return History()

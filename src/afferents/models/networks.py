@@ -12,8 +12,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.models import hardware, layers
-from afferents.models.base import Network, Task
+from afferents.models import base, hardware, layers
 
 SMALLEST_SIDE = 8
 """Rows and columns that leave at least one value a channel after the image stack."""
@@ -24,7 +23,7 @@ SMALLEST_SPECTRUM = 135
 CHANNELS = 128
 
 
-class SpatialNet(Network):
+class SpatialNet(base.Network):
     """Texture from one tactile image (SA-SE, RA-SE): three convolutions and two dense layers.
 
     Section 2.4.1; spatial/train_static.ipynb, cell 4.
@@ -109,7 +108,7 @@ def image_features(n_rows: int, n_columns: int) -> int:
     return height * width * IMAGE_CHANNELS
 
 
-class CnnLstm(Network):
+class CnnLstm(base.Network):
     """Texture from a run of tactile images (SA-STE, RA-STE): a network a frame, then three LSTMs.
 
     Section 2.4.2; spatiotemporal/train_dynamic.ipynb, cell 4.
@@ -139,7 +138,7 @@ class CnnLstm(Network):
     takes = (dims.FRAME, dims.ROW, dims.COLUMN)
 
     @classmethod
-    def built_for(cls, task: Task) -> Self:
+    def built_for(cls, task: base.Task) -> Self:
         """Return one for samples (frame, row, column)."""
         return cls(task.n_classes, *task.sample_shape[1:])
 
@@ -189,7 +188,7 @@ def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
     return last
 
 
-class VibrationNet(Network):
+class VibrationNet(base.Network):
     """Texture from a vibration spectrum (vib-TE): four convolutions in one dimension, then dense.
 
     Section 2.4.3; vibrotactile/train_vibration.ipynb, cell 4.

@@ -23,9 +23,7 @@ from torch import Tensor, nn
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.models.base import FitData, Solved, Task
-from afferents.models.model import SpeedFrom
-from afferents.models.solved import SEARCHED, Gram, log_probabilities
+from afferents.models import base, model, solved
 
 WRONG_SPEEDS = 8
 """Wrong speeds that every spectrum is learnt at."""
@@ -46,7 +44,7 @@ _LEAST_SD = 0.1
 """Of a logarithm of power that hardly varies: it is not trusted to the last digit."""
 
 
-class OrderSearch(Solved):
+class OrderSearch(base.Solved):
     """Log-probabilities of textures and speeds.
 
     Parameters
@@ -73,7 +71,7 @@ class OrderSearch(Solved):
     takes = (dims.FEATURE, dims.FREQUENCY)
     deployable = False
     needs_speed = True
-    searched = SEARCHED
+    searched = solved.SEARCHED
     penalties = (30.0,)  # for each channel; chosen on inner folds of a tuning session
     mean: Tensor
     sd: Tensor
@@ -84,7 +82,7 @@ class OrderSearch(Solved):
     speeds: Tensor
 
     @classmethod
-    def built_for(cls, task: Task) -> Self:
+    def built_for(cls, task: base.Task) -> Self:
         """Return one for samples (feature, frequency) of `encodings.orders.OrderEncoding`."""
         n_features = task.sample_shape[0]
         n_channels = 1 if n_features == 1 else n_features // 3
@@ -98,7 +96,7 @@ class OrderSearch(Solved):
         n_channels: int,
         frequencies: NDArray[np.float64],
         per_mm: NDArray[np.float64],
-        speed_from: SpeedFrom,
+        speed_from: model.SpeedFrom,
     ) -> None:
         """Start with nothing learnt."""
         super().__init__()
@@ -122,7 +120,7 @@ class OrderSearch(Solved):
         self.register_buffer("speeds", torch.ones(1))
         self.register_buffer("temperature", torch.ones(()))
 
-    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: base.FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn, in place; `rng` draws the wrong speeds, the penalty is for each channel."""
         values, labels, weight, speed_mm_s = data
         powers = values[:, : self.n_channels].flatten()
@@ -138,7 +136,7 @@ class OrderSearch(Solved):
         variance = ((parts - self.mean) * heard).square().sum(0) / n_heard
         self.sd = variance.sqrt().clamp_min(_LEAST_SD)
         named = nn.functional.one_hot(labels, len(self.constant))
-        names, measures = Gram(*self.weight.shape), Gram(*self.right.shape)
+        names, measures = solved.Gram(*self.weight.shape), solved.Gram(*self.right.shape)
         n_wrong = 0 if self.speed_from == "given" else WRONG_SPEEDS
         for right in (True, *([False] * n_wrong)):
             supposed = speed_mm_s if right else _draw_wrong(speed_mm_s, low, high, rng)
@@ -185,7 +183,7 @@ class OrderSearch(Solved):
 
     def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return log-probabilities of samples, (n, n_classes)."""
-        return log_probabilities(self.scores(values, speed_mm_s), self.temperature)
+        return solved.log_probabilities(self.scores(values, speed_mm_s), self.temperature)
 
     def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:
         """Return the most likely speeds, mm/s, (n,), of samples whose textures are named.

@@ -17,18 +17,13 @@ from afferents import dims
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, find_labels, list_textures
 from afferents.errors import InputError
-from afferents.folds.held_out import SPEED
-from afferents.folds.protocol import Fold
-from afferents.folds.splits import hold_out_the_middle
-from afferents.models.calibrate import calibrate_model, most_that_can_show
+from afferents.folds import held_out, protocol, splits
+from afferents.models import calibrate, fit_solved, learning_set, model
 from afferents.models.deployed import KNOWN, Deployed
-from afferents.models.fit_solved import learn, new_solved
-from afferents.models.learning_set import LearningSet, thin
-from afferents.models.model import MODELS
 
 Floats = NDArray[np.float32]
 
-MODEL = MODELS["sa-wave-vector"]
+MODEL = model.MODELS["sa-wave-vector"]
 _MOST = 2000
 """Samples that others are compared with: a comparison takes less than a millisecond."""
 _LEAST_SD = 0.1
@@ -49,7 +44,7 @@ class Nearest:
 
     def __init__(self, values: Floats, labels: NDArray[np.int64]) -> None:
         """Set the limit: `KNOWN` of the samples have another one that is nearer."""
-        kept = thin(np.arange(len(values)), _MOST)
+        kept = learning_set.thin(np.arange(len(values)), _MOST)
         flat, labels = values.reshape(len(values), -1)[kept].astype(np.float64), labels[kept]
         within = np.mean([flat[labels == c].var(axis=0) for c in np.unique(labels)], axis=0)
         sd = np.maximum(flat.std(axis=0), _LEAST_SD)
@@ -115,10 +110,10 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
     textures, labels = tuple(list_textures(samples)), find_labels(samples)
     nearest = Nearest(samples.values, labels)
     if len(textures) == 1:
-        return Taught(textures, most_sure=most_that_can_show(1), nearest=nearest)
+        return Taught(textures, most_sure=calibrate.most_that_can_show(1), nearest=nearest)
     fold = _choose_fold(samples)
     tried = _solve(samples, encoding, fold)
-    calibrated = calibrate_model(*tried, fold, samples)
+    calibrated = calibrate.calibrate_model(*tried, fold, samples)
     everything = np.arange(len(samples))
     deployed, _ = _solve(samples, encoding, replace(fold, train=everything))
     deployed.temperature = tried[0].temperature
@@ -136,11 +131,11 @@ def solve_taught(samples: Samples, encoding: Encoding) -> Taught:
     )
 
 
-def _choose_fold(samples: Samples) -> Fold:
+def _choose_fold(samples: Samples) -> protocol.Fold:
     """Return the fold that calibrates: a whole speed, or 0 for the second half of each touch."""
     if np.isfinite(samples[dims.SPEED].values).all():
         try:
-            return hold_out_the_middle(samples)
+            return splits.hold_out_the_middle(samples)
         except InputError:  # it needs every texture at two speeds
             pass
     recording = samples[dims.RECORDING].values
@@ -148,13 +143,15 @@ def _choose_fold(samples: Samples) -> Fold:
     of = {name: n[recording == name] for name in np.unique(recording)}
     first = np.concatenate([its[: (len(its) + 1) // 2] for its in of.values()])
     second = np.setdiff1d(n, first)
-    return Fold(0.0, 0.0, np.sort(first), second, np.empty(0, np.int64), SPEED)
+    return protocol.Fold(0.0, 0.0, np.sort(first), second, np.empty(0, np.int64), held_out.SPEED)
 
 
-def _solve(samples: Samples, encoding: Encoding, fold: Fold) -> tuple[Deployed, LearningSet]:
+def _solve(
+    samples: Samples, encoding: Encoding, fold: protocol.Fold
+) -> tuple[Deployed, learning_set.LearningSet]:
     """Return the classifier that has learnt from a fold's training samples, and these."""
-    ridge, labels = new_solved(MODEL, samples, encoding), find_labels(samples)
-    learn(ridge, samples, labels, fold.train, 0, ridge.penalties[0])
+    ridge, labels = fit_solved.new_solved(MODEL, samples, encoding), find_labels(samples)
+    fit_solved.learn(ridge, samples, labels, fold.train, 0, ridge.penalties[0])
     values = torch.from_numpy(samples.values), torch.from_numpy(labels)
-    learnt = LearningSet(*values, fold.train, fold.validation)
+    learnt = learning_set.LearningSet(*values, fold.train, fold.validation)
     return Deployed(ridge, len(list_textures(samples)), learnt.scale).eval(), learnt

@@ -13,17 +13,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.channels import CHANNELS
-from afferents.choices import Figures
-from afferents.documents import as_form
+from afferents import channels, choices, dims, documents, filling
 from afferents.encodings.images import spatial_samples
 from afferents.encodings.samples import Samples
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import Source, encode_all, join_recordings, open_data
 from afferents.evaluation.results import CONFIG, Results
-from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.folds.held_out import key_of
 from afferents.markers.places import covered
@@ -203,7 +199,9 @@ def choose_substitutes(wanted: Recorded, recorded: Recorded, by_spacing: bool) -
     return found
 
 
-def choose_rows(recorded: Recorded, by_spacing: bool, style: Figures) -> list[tuple[str, Shown]]:
+def choose_rows(
+    recorded: Recorded, by_spacing: bool, style: choices.Figures
+) -> list[tuple[str, Shown]]:
     """Choose the rows of Figures 8 and 10: textures at one speed (A), one at several speeds (B).
 
     The paper's own, or what stands in for them; for the report, textures spread over those that
@@ -238,7 +236,7 @@ def describe_substitutes(shown: Iterable[Shown]) -> str:
 
 
 def read_figure_data(
-    results: Results, progress: Progress, style: Figures = "report"
+    results: Results, progress: Progress, style: choices.Figures = "report"
 ) -> tuple[FigureData, list[str]]:
     """Read what the figures of the data show; notes say what could not be read."""
     notes: list[str] = []
@@ -248,8 +246,8 @@ def read_figure_data(
             spectra, config = None, results.config
             if heard := [recording for recording in recordings if dims.RA2 in recording]:
                 what = "spectra of this version"
-                spectral = as_form(config["spectral"], SpectralEncoding, CONFIG, what)
-                source = Source(CHANNELS[dims.RA2], spectral)
+                spectral = documents.as_form(config["spectral"], SpectralEncoding, CONFIG, what)
+                source = Source(channels.CHANNELS[dims.RA2], spectral)
                 spectra = encode_all(heard, source, config["cut"], progress)
         except _UNREADABLE as error:  # such as sound shorter than a window
             spectra, notes = None, [f"Figures of spectra are missing: {error}."]
@@ -282,7 +280,7 @@ def _read_recordings(results: Results, progress: Progress) -> list[Responses]:
 
 
 def read_frames(
-    recordings: Sequence[Responses], by_spacing: bool, style: Figures
+    recordings: Sequence[Responses], by_spacing: bool, style: choices.Figures
 ) -> tuple[dict[tuple[str, int], list[FrameRow]], str]:
     """Return the rows of Figures 8 and 10, and where their frames begin, in words."""
     rows: dict[tuple[str, int], list[FrameRow]] = {}
@@ -319,7 +317,7 @@ def _read_row(
     response = recording[channel].assign_attrs(recording.attrs)
     read = response.isel({dims.TIME: slice(max(0, first - SETTLING_FRAMES), first + n)})
     kept = slice(max(0, read.sizes[dims.TIME] - n), None)
-    samples = spatial_samples(fill(read.load()), kept, CHANNELS[channel].lookback)
+    samples = spatial_samples(filling.fill(read.load()), kept, channels.CHANNELS[channel].lookback)
     shown = xr.DataArray(
         covered(response[dims.ROW].values, response[dims.COLUMN].values),
         dims=(dims.ROW, dims.COLUMN),

@@ -39,7 +39,6 @@ from afferents.models.folder import load_model
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting import labels, style
-from afferents.reporting.style import styled
 from afferents.rig.surface import Drum
 from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, textures_of
@@ -392,10 +391,10 @@ def lose_parts(predict: Predict, examples: Examples) -> dict[str, xr.DataArray]:
     if isinstance(encoding, ImageEncoding) and runs is not None:
 
         def without(masks: list[NDArray[np.bool_]], instead: Floats) -> NDArray[np.float64]:
-            def predict_runs(values: Floats) -> NDArray[np.floating]:
-                return predict(encoding.of_runs(values, channel.lookback))
-
-            return losses(predict_runs, runs, labels, masks, instead)
+            return losses(
+                lambda values: predict(encoding.of_runs(values, channel.lookback)),
+                runs, labels, masks, instead,
+            )  # fmt: skip
 
         still = np.zeros(runs.shape[-1], np.float32)
         if channel.parts:  # one is as it is on average
@@ -467,7 +466,7 @@ def _describe_most(lost: xr.DataArray) -> str:
     return f"Most is lost without what is at {where}: {float(mean.values.max()):.2f} nats."
 
 
-@styled
+@style.styled
 def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     """Draw losses by texture: images over a grid, a table over frequency, or one curve.
 

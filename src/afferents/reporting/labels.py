@@ -19,8 +19,7 @@ from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
 from afferents.reporting.published import published_textures
-from afferents.store.recording import LETTERS, spacing_mm
-from afferents.store.trimming import written
+from afferents.store import recording, trimming
 
 FEW_SESSIONS = 5
 """Below this number an interval over sessions is wide for want of sessions alone."""
@@ -65,7 +64,7 @@ def interval_note(summary: Summary) -> str:
 def texture_letter(texture: str, by_spacing: bool) -> str | None:
     """Return the paper's letter (a to m) of a texture folder, None if it is none of the 13."""
     names = published_textures()
-    return LETTERS[names.index(texture)] if by_spacing and texture in names else None
+    return recording.LETTERS[names.index(texture)] if by_spacing and texture in names else None
 
 
 def are_published(summary: Summary) -> bool:
@@ -94,7 +93,7 @@ def spacing_note(summary: Summary) -> str:
         return ""
     bumpy = {texture: name for texture, name in named.items() if texture != "0"}
     names, spacings = list(bumpy.values()), list(bumpy)
-    if len(names) > 3 and "".join(names) in "".join(LETTERS):
+    if len(names) > 3 and "".join(names) in "".join(recording.LETTERS):
         names, spacings = ([f"{one[0]} to {one[-1]}"] for one in (names, spacings))
     note = f"{', '.join(names)}: bumps {', '.join(spacings)} mm apart"
     return "a: smooth; " * ("0" in named) + note
@@ -103,7 +102,7 @@ def spacing_note(summary: Summary) -> str:
 def texture_axis(textures: Sequence[str], by_spacing: bool) -> str:
     """Return `texture`, and what its names mean where they are bump spacings in mm."""
     lettered = any(name != own for own, name in texture_names(textures, by_spacing).items())
-    numbered = all(spacing_mm(name) is not None for name in textures)
+    numbered = all(recording.spacing_mm(name) is not None for name in textures)
     return "texture (bump spacing, mm)" if numbered and by_spacing and not lettered else "texture"
 
 
@@ -202,7 +201,7 @@ def source_line(summary: Summary) -> str:
         spacing_note(summary),
         f"cut {summary.cut}",
         "" if summary.split == SPEED else f"held out: {summary.split.title}",
-        f"steady part {written(summary.steady_s)} s" if summary.steady_s else "",
+        f"steady part {trimming.written(summary.steady_s)} s" if summary.steady_s else "",
         f"preset {summary.preset}{own}",
         f"afferents {summary.afferents}",
     )

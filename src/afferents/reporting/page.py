@@ -15,9 +15,7 @@ from afferents.evaluation.options import shell_words
 from afferents.evaluation.results import CONFIG, Results, Summary
 from afferents.folds.held_out import SPEED
 from afferents.models.model import MODELS
-from afferents.reporting import compare, labels, tables, text
-from afferents.reporting.published import CITATION
-from afferents.reporting.style import ReportFigure
+from afferents.reporting import compare, labels, published, style, tables, text
 from afferents.store.trimming import written
 from afferents.version import __version__
 
@@ -26,7 +24,7 @@ _UNITS = re.compile(r"(?<=\d) (?=(mm/s|mm|ms|s|px|Hz|MB)\b)")
 
 
 def render_report(
-    results: Results, pictures: Sequence[ReportFigure], notes: Sequence[str] = ()
+    results: Results, pictures: Sequence[style.ReportFigure], notes: Sequence[str] = ()
 ) -> str:
     """Return the page of an evaluation.
 
@@ -92,7 +90,7 @@ def _render(template: str, **content: Any) -> str:
         "heads": tables.list_heads,
         "rows": lambda table: zip(table.index, table.to_numpy().tolist(), strict=True),
     }
-    page: str = environment.get_template(template).render(citation=CITATION, **content)
+    page: str = environment.get_template(template).render(citation=published.CITATION, **content)
     return page
 
 

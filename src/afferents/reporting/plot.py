@@ -10,23 +10,21 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from afferents import dims
+from afferents import dims, filling
 from afferents.encodings.samples import list_textures
 from afferents.encodings.spectra import amplitude_spectrum
 from afferents.errors import InputError, then
 from afferents.evaluation import metrics
 from afferents.evaluation.results import Results
-from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, key_of, order
 from afferents.markers.places import covered, make_images
 from afferents.reporting import labels, style
-from afferents.reporting.style import styled
 from afferents.store.recording import Frame, GreyImage, natural_order
 
 COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY)
 
 
-@styled
+@style.styled
 def tactile_image(
     response: xr.DataArray, *, time_s: float | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -77,7 +75,7 @@ def tactile_image(
     return ax
 
 
-@styled
+@style.styled
 def markers(
     tracks: xr.Dataset,
     frame: Frame | GreyImage | None = None,
@@ -144,7 +142,7 @@ def markers(
     return ax
 
 
-@styled
+@style.styled
 def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     """Draw a response over time: SA-I and RA-I as mean over markers with bands, RA-II as a trace.
 
@@ -188,7 +186,7 @@ def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-@styled
+@style.styled
 def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     """Draw the spectrum of RA-II up to 400 Hz; of samples of several textures, a line for each.
 
@@ -242,7 +240,7 @@ _TEXTURES = ["true_texture", "predicted_texture"]
 _ACCURACY = ("model", "protocol", "accuracy")
 
 
-@styled
+@style.styled
 def confusion(
     results: Results | pd.DataFrame,
     *,
@@ -308,7 +306,7 @@ def confusion(
     return ax
 
 
-@styled
+@style.styled
 def accuracy_by_speed(
     results: Results | pd.DataFrame,
     *,
@@ -443,7 +441,7 @@ def _lay_out(image: xr.DataArray) -> NDArray[np.float32]:
             "response: expected markers in a grid (coordinates row and column), found neither"
         )
     row, column = image[dims.ROW].values, image[dims.COLUMN].values
-    values = fill_frames(image.values[None], np.stack([row, column], axis=1))
+    values = filling.fill_frames(image.values[None], np.stack([row, column], axis=1))
     lost = np.isnan(values)
     shown = covered(row, column) & (make_images(lost, row, column)[0] == 0)
     return np.where(

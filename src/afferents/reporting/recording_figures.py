@@ -15,7 +15,6 @@ from afferents.encodings.spectra import amplitude_spectrum
 from afferents.folds.held_out import key_of
 from afferents.markers.detect import spacing_px
 from afferents.reporting import labels, style
-from afferents.reporting.style import styled
 from afferents.store.recording import GreyImage, natural_order
 
 MOST_CHANNELS = 16
@@ -35,7 +34,7 @@ _WIDTH = 0.6
 """Of the distance between textures, what their speeds are spread over."""
 
 
-@styled
+@style.styled
 def markers_figure(
     image: GreyImage,
     position: NDArray[np.float64],
@@ -99,7 +98,7 @@ def markers_figure(
     return figure
 
 
-@styled
+@style.styled
 def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figure:
     """Draw SA-I and RA-I over time: mean with quantile bands, and every marker as a row.
 
@@ -133,7 +132,7 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
     return figure
 
 
-@styled
+@style.styled
 def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     """Draw a segment of the vibration channels and its spectrum, 2|FFT|/N.
 
@@ -183,7 +182,7 @@ def steadiness_sentence(rows: Sequence[Mapping[str, Any]], apart: int) -> str:
     )
 
 
-@styled
+@style.styled
 def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str) -> Figure:
     """Draw the correlation of images some frames apart against texture, a mark a recording.
 

@@ -13,15 +13,7 @@ from afferents.errors import InputError
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place, write_aside, write_text
 from afferents.progress import Progress
-from afferents.reporting import (
-    compare,
-    data,
-    grids,
-    labels,
-    page,
-    style,
-    tables,
-)
+from afferents.reporting import compare, data, grids, labels, page, style, tables
 
 PAGE, FIRST_TABLE, FOLDS = "report.html", "table1.md", "beside_paper.md"
 

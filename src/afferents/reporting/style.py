@@ -24,9 +24,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from afferents import dims
-from afferents.files import MARK, write_aside
-from afferents.progress import printable
+from afferents import dims, files, progress
 from afferents.reporting import labels
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
@@ -306,7 +304,7 @@ def draw_accuracies(
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write the figure as PNG, whole or not at all, and return the path."""
-    with write_aside(path) as partial:
+    with files.write_aside(path) as partial:
         partial.write_bytes(png_bytes(figure))
     return path
 
@@ -315,10 +313,10 @@ def save_figure(figure: Figure, path: Path) -> Path:
 def png_bytes(figure: Figure) -> bytes:
     """Return the figure as the content of a PNG file."""
     for text in figure.findobj(Text):
-        if text.get_text() != (printed := printable(text.get_text())):
+        if text.get_text() != (printed := progress.printable(text.get_text())):
             text.set_text(printed)  # the name of a file
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": MARK})
+    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": files.MARK})
     return buffer.getvalue()
 
 

@@ -14,7 +14,6 @@ from afferents.evaluation.results import Lost, Outcome, Summary
 from afferents.folds.held_out import SPEED, ByPair
 from afferents.models.model import MODELS
 from afferents.reporting import compare, labels, published, tables
-from afferents.reporting.labels import PROTOCOL_TITLES, caption, model_title, percent
 
 WORST_SHOWN = 3
 _OF_ANY_MODEL = ("split", "steady", "without", "held_out", "textures", "speeds")
@@ -74,11 +73,11 @@ def headline(summary: Summary) -> str:
     if won is None:
         return "No model was evaluated."
     split, found = summary.split, won.found
-    title, protocol = model_title(won.model, summary), PROTOCOL_TITLES[won.protocol]
+    title, protocol = labels.model_title(won.model, summary), labels.PROTOCOL_TITLES[won.protocol]
     where = f"at {split.many} that it never learnt from"
     where += f", in a {labels.name_control(summary)}" * (summary.control != "none")
-    accuracy, chance = tables.mean_and_interval(found), percent(summary.chance)
-    if nothing_learnt(summary, won):
+    accuracy, chance = tables.mean_and_interval(found), labels.percent(summary.chance)
+    if won.found.mean_accuracy <= summary.chance:
         return (
             f"Nothing was learnt: {title} recognises the texture in {accuracy}% of the samples "
             f"{where} ({protocol}), and guessing gives {chance}%."
@@ -89,13 +88,8 @@ def headline(summary: Summary) -> str:
         f"{title}, {'which we recommend' if won.recommended else 'which did best'}, recognises the "
         f"texture in {accuracy}% of the samples {where} ({protocol}; 95% interval in brackets), "
         f"where guessing gives {chance}%.{few} It did worst {split.at([found.worst])}, with "
-        f"{percent(found.by[found.worst])}%."
+        f"{labels.percent(found.by[found.worst])}%."
     )
-
-
-def nothing_learnt(summary: Summary, won: Winner) -> bool:
-    """Return whether guessing does as well."""
-    return won.found.mean_accuracy <= summary.chance
 
 
 def describe_held_out(summary: Summary) -> str:
@@ -147,15 +141,15 @@ def describe_lost(lost: Lost | None) -> str:
     if not lost.worst:
         return "No marker was lost."
     whose = (
-        f"median of {lost.n} recordings; at most {percent(lost.worst)}%, in recording"
+        f"median of {lost.n} recordings; at most {labels.percent(lost.worst)}%, in recording"
         if lost.n > 1
         else "in recording"
     )
     return (
-        f"Of the marker positions {percent(lost.median)}% were lost ({whose} {lost.recording}): "
-        "models are given the mean of the markers round a lost one. Where that can't be, the last "
-        "value is kept: with the published tracker, without a known layout, and of the skin as a "
-        "whole."
+        f"Of the marker positions {labels.percent(lost.median)}% were lost ({whose} "
+        f"{lost.recording}): models are given the mean of the markers round a lost one. Where "
+        "that can't be, the last value is kept: with the published tracker, without a known "
+        "layout, and of the skin as a whole."
     )
 
 
@@ -169,14 +163,14 @@ def list_findings(summary: Summary) -> list[str]:
     whole = "whole recordings" if split.whole else f"the parts of recordings in {split.one}"
     whole = "halves of recordings" if won.protocol == "published" else whole
     worst = ", ".join(
-        f"{split.printed(group)} {percent(by[group])}%"
+        f"{split.printed(group)} {labels.percent(by[group])}%"
         for group in sorted(by, key=lambda group: by[group])[:WORST_SHOWN]
     )
     return [
         text
         for text in (
             _compare_within_modality(summary, won),
-            caption("across") if tables.spans_modalities(summary.models) else "",
+            labels.caption("across") if tables.spans_modalities(summary.models) else "",
             f"It recognises the texture of {recordings}% of {whole}, from all their samples "
             "together.",
             f"From the worst: {worst}." if len(by) > 1 else "",
@@ -191,7 +185,7 @@ def _compare_within_modality(summary: Summary, won: Winner) -> str:
     """Return by how much the paper's models differ that differ in one thing, here and there."""
     paper = {name: one.mean_percent for name, one in published.published_families().items()}
     pairs = [
-        f"{model_title(one.model, summary)} over {model_title(one.than, summary)} "
+        f"{labels.model_title(one.model, summary)} over {labels.model_title(one.than, summary)} "
         f"{compare.format_points(one)}"
         + f" (paper {paper[one.model] - paper[one.than]:+d})"
         * (summary.split == SPEED)
@@ -212,8 +206,8 @@ def _compare_rivals(summary: Summary, won: Winner) -> str:
     if accuracy == won.found.mean_accuracy:
         return f"It did best of the {len(won.rivals)} models evaluated."
     return (
-        f"{model_title(best, summary)} did better here, with {percent(accuracy)}%. What we "
-        "recommend was picked once, on the simulated rig, and not by this test."
+        f"{labels.model_title(best, summary)} did better here, with {labels.percent(accuracy)}%. "
+        "What we recommend was picked once, on the simulated rig, and not by this test."
     )
 
 
@@ -228,7 +222,7 @@ def _describe_mistake(summary: Summary, won: Winner) -> str:
     names = list(labels.texture_names(summary.textures, summary.named_by_spacing).values())
     return (
         f"Its most frequent mistake is to take {names[true]} for {names[taken]}: "
-        f"{percent(share[true, taken])}% of the samples of {names[true]}."
+        f"{labels.percent(share[true, taken])}% of the samples of {names[true]}."
     )
 
 
@@ -251,7 +245,7 @@ def list_next_steps(summary: Summary, results: Path | None = None) -> list[Step]
         The folder that they lie in, which a model's card is to state.
     """
     won = winner(summary)
-    if won is None or nothing_learnt(summary, won) or summary.control != "none":
+    if won is None or won.found.mean_accuracy <= summary.chance or summary.control != "none":
         return []
     return [*_improve(summary, won), *_keep(summary, won, results)]
 
@@ -268,7 +262,7 @@ def _improve(summary: Summary, won: Winner) -> Iterator[Step]:
     if wanted and wanted not in {*won.rivals, *summary.lengths}:
         same = _repeat_options(summary, _OF_ANY_MODEL)
         again = ["afferents", "evaluate", *sources, *same, "--models", "best", "--out", "BEST"]
-        title = model_title(wanted, summary)
+        title = labels.model_title(wanted, summary)
         yield Step(
             f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
             shlex.join(again),
@@ -314,7 +308,7 @@ def _keep(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]
         for name, found in won.rivals.items()
         if name in MODELS and can_run_live(MODELS[name])
     }
-    title, why = model_title(won.model, summary), ""
+    title, why = labels.model_title(won.model, summary), ""
     if not able:
         if won.model in MODELS:
             yield Step(f"{title} can be evaluated, but not trained to be kept.")
@@ -323,7 +317,7 @@ def _keep(summary: Summary, won: Winner, results: Path | None) -> Iterator[Step]
     if name != won.model:
         why = (
             f"{title} can't be trained to be kept; of those evaluated the best that can is "
-            f"{model_title(name, summary)} ({percent(able[name].mean_accuracy)}%). "
+            f"{labels.model_title(name, summary)} ({labels.percent(able[name].mean_accuracy)}%). "
         )
     source = summary.data[0].source  # `train` takes one
     encodings = [one.encoding for one in find_sources(MODELS[name], Encodings())]

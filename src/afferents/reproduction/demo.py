@@ -8,8 +8,7 @@ from afferents.evaluation.train import train_model
 from afferents.extraction.extract import extract_session
 from afferents.extraction.options import Extraction
 from afferents.markers.sensor import load_sensor
-from afferents.models.export import export
-from afferents.models.model import BEST, MODELS
+from afferents.models import export, model
 from afferents.progress import Progress
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import make_simulation
@@ -26,7 +25,7 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
 
     They learn from `DEMO_STORE`, if it is there; else a small session is simulated.
     """
-    exported = [folder / f"{name}.onnx" for name in BEST]
+    exported = [folder / f"{name}.onnx" for name in model.BEST]
     if all(path.is_file() for path in exported):
         return exported
     store, session = DEMO_STORE, folder / "session"
@@ -39,11 +38,11 @@ def demo_models(folder: Path, progress: Progress) -> list[Path]:
         wanted = Extraction(session=session, out=store, sensor=load_sensor("tip_b"))
         extract_session(wanted, progress)
     (data,) = open_data([str(store)], progress=progress)
-    for name, path in zip(BEST, exported, strict=True):
-        progress.note(f"training {MODELS[name].title} on {store}")
+    for name, path in zip(model.BEST, exported, strict=True):
+        progress.note(f"training {model.MODELS[name].title} on {store}")
         options = TrainingOptions()
-        card = train_model(data, MODELS[name], folder / name, options, progress, force=True)
-        export(folder / name, path, force=True)
+        card = train_model(data, model.MODELS[name], folder / name, options, progress, force=True)
+        export.export(folder / name, path, force=True)
         for sentence in card.describe():
             progress.note(sentence)
     return exported

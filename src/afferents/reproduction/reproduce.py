@@ -12,33 +12,26 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from afferents import documents, files
 from afferents.choices import Cut, Like, Size
-from afferents.documents import read_toml
 from afferents.encodings.base import Encoding
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
-from afferents.evaluation.evaluate import evaluate
+from afferents.evaluation import evaluate, plan, results
 from afferents.evaluation.fold_files import FRAMES, FoldKey, finished
 from afferents.evaluation.options import EvaluationOptions
-from afferents.evaluation.plan import read_lengths
-from afferents.evaluation.results import Results, load_results
 from afferents.extraction.extract import extract
-from afferents.files import Place
 from afferents.markers.sensor import resolve_sensor
 from afferents.models.model import BEST, choose_models, list_names
 from afferents.progress import Progress
-from afferents.recordings.check import ClipFile
-from afferents.recordings.data_sets import read_session
+from afferents.recordings import check, data_sets
 from afferents.recordings.session import Session
-from afferents.reporting.published import remaining_discrepancies
-from afferents.reporting.report import report
-from afferents.reproduction.run_folder import RunFolder, RunState
+from afferents.reporting import published, report
+from afferents.reproduction.status import RunFolder, RunState
 from afferents.rig.sensor_rig import make_rig
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import make_simulation
-from afferents.store.responses import label
-from afferents.store.trimming import cut_audio, cut_frames
-from afferents.store.zarr_store import is_whole
+from afferents.store import responses, trimming, zarr_store
 
 Options = Mapping[str, Any]
 EXTRACTING = frozenset(signature(extract).parameters) - {"session", "out", "quiet"}
@@ -50,7 +43,7 @@ _HERE = Path(__file__).parent
 
 def read_preset(like: Like) -> dict[str, Any]:
     """Return the options of `extract` and `evaluate` in `published.toml` or `recommended.toml`."""
-    return read_toml(_HERE / f"{like}.toml", "options of extract and evaluate")
+    return documents.read_toml(_HERE / f"{like}.toml", "options of extract and evaluate")
 
 
 def format_option(value: Any) -> str:
@@ -73,13 +66,13 @@ def list_changes(like: Like, given: Options) -> list[str]:
 
 
 def reproduce(
-    out: Place,
-    session: Place | None = None,
+    out: files.Place,
+    session: files.Place | None = None,
     like: Like = "recommended",
     size: Size = "quick",
     quiet: bool = False,
     **options: Any,
-) -> Results:
+) -> results.Results:
     """Run the paper's experiment from start to end: extract, evaluate, report.
 
     Prints first what is chosen, where that differs from the authors' code, and how much is to do.
@@ -131,7 +124,7 @@ def reproduce(
     changes = list_changes(like, given)
     names = read_preset("published")
     choices = {n: format_option(everything.get(n, "as recordings say")) for n in names}
-    remaining = remaining_discrepancies() if like == "published" else []
+    remaining = published.remaining_discrepancies() if like == "published" else []
     run.require_same(like, choices)
     with Progress(quiet) as progress:
         for line in _describe(like, changes, remaining):
@@ -139,7 +132,7 @@ def reproduce(
         if session is None:
             session = _simulate(run, size, everything, evaluating.seeds[0], progress)
         root = Path(session)
-        there = read_session(root, everything.get("fps_hz"))
+        there = data_sets.read_session(root, everything.get("fps_hz"))
         if not given.get("keep_going"):
             _require_length(there, everything["cut"])
         progress.note(_count_jobs(there, run, evaluating))
@@ -150,9 +143,9 @@ def reproduce(
         )
     )  # fmt: skip
     extract(there.root, run.store, quiet=quiet, **extracting)
-    evaluate(run.store, run.results, quiet=quiet, **evaluating.chosen())
-    report(run.results, quiet=quiet, figures="paper" if like == "published" else "report")
-    return load_results(run.results)
+    evaluate.evaluate(run.store, run.results, quiet=quiet, **evaluating.chosen())
+    report.report(run.results, quiet=quiet, figures="paper" if like == "published" else "report")
+    return results.load_results(run.results)
 
 
 def _describe(like: Like, changes: list[str], remaining: list[str]) -> Iterator[str]:
@@ -186,7 +179,7 @@ def _require_known(options: EvaluationOptions) -> None:
         if name not in known:
             expected = "options of extract, of evaluate, or of encodings"
             raise InputError(f"options: expected {expected}, found '{name}'")
-    several = read_lengths(options.encoding.get(FRAMES))
+    several = plan.read_lengths(options.encoding.get(FRAMES))
     Encodings().changed(**{n: v for n, v in options.encoding.items() if not several or n != FRAMES})
 
 
@@ -218,10 +211,10 @@ def _require_length(session: Session, cut: Cut) -> None:
     """
     for recording in session.recordings if cut == "published" else ():
         name, video, audio = recording.name, recording.video, recording.audio
-        if isinstance(video, ClipFile):
-            cut_frames(np.zeros(video.n_frames), cut, None, name)
+        if isinstance(video, check.ClipFile):
+            trimming.cut_frames(np.zeros(video.n_frames), cut, None, name)
         if audio is not None:
-            cut_audio(audio.n_samples, audio.sample_rate_hz, cut, None, name)
+            trimming.cut_audio(audio.n_samples, audio.sample_rate_hz, cut, None, name)
 
 
 def _count_jobs(session: Session, run: RunFolder, options: EvaluationOptions) -> str:
@@ -232,7 +225,7 @@ def _count_jobs(session: Session, run: RunFolder, options: EvaluationOptions) ->
     InputError
         If a group or texture that was given is not there.
     """
-    named = [label(xr.Dataset(), recording) for recording in session.recordings]
+    named = [responses.label(xr.Dataset(), recording) for recording in session.recordings]
     used = options.ablation.recordings(named)
     # Arcs are known of no recording: the drum's way is not extracted yet.
     groups = options.by.groups_of(used if options.by.whole else [])
@@ -250,7 +243,7 @@ def _count_jobs(session: Session, run: RunFolder, options: EvaluationOptions) ->
         for seed in options.seeds
         for group in options.held_out or groups
     )
-    recordings = sum(not is_whole(run.store, r.name) for r in session.recordings)
+    recordings = sum(not zarr_store.is_whole(run.store, r.name) for r in session.recordings)
     return (
         f"To do: {recordings} recordings to extract, and at most {trainings} trainings. "
         f"'afferents status {run.out}' says how long they still take."

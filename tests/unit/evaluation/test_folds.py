@@ -93,7 +93,7 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
     def fail(path, content):
         raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr("afferents.evaluation.results.write_json", fail)
+    monkeypatch.setattr("afferents.files.write_json", fail)
     with pytest.raises(InputError, match="no space left on the disk"):
         fold_files.save_fold(tmp_path, facts(key), pd.DataFrame({"a": [1]}), b"w")
     assert not fold_files.finished(tmp_path, key)

@@ -24,8 +24,7 @@ from afferents.models.learner import Checkpoint
 from afferents.models.model import choose_models
 from afferents.outputs import writing_alone
 from afferents.recordings.session_file import SESSION_FILE
-from afferents.reproduction.run_folder import RunFolder, RunState
-from afferents.reproduction.status import status
+from afferents.reproduction.status import RunFolder, RunState, status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 FIRST = "vib-te, nested, seed 0, 20 mm/s held out"
@@ -56,7 +55,7 @@ def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
         waits.append(facts.mark(results, "checkpoint").is_file())
         save_fold(results, facts, *others)
 
-    monkeypatch.setattr(evaluation, "Checkpoint", partial(Checkpoint, every_s=0))
+    monkeypatch.setattr(evaluation.learner, "Checkpoint", partial(Checkpoint, every_s=0))
     monkeypatch.setattr(evaluation, "save_fold", save)
     monkeypatch.setattr(evaluation.parallel, "workers_at", lambda _: 1)
     monkeypatch.setattr(

@@ -11,7 +11,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.recordings.data_sets import read_session
 from afferents.reproduction import reproduce as reproducing
 from afferents.reproduction.reproduce import EXTRACTING, list_changes, read_preset
-from afferents.reproduction.run_folder import RunFolder
+from afferents.reproduction.status import RunFolder
 from afferents.rig.simulation import make_simulation
 from afferents.store.zarr_store import holds_all
 
