@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from afferents.doctor import processor
-from afferents.rig import Rig, bumped_surface, project, record
-from afferents.rig import draw as draw_run
+from afferents.rig import Rig, bumped_surface, draw as draw_run, project, record
 from afferents.rig.camera import Points, Renderer
 from afferents.rig.drive import turn
 from afferents.rig.record import write_film

@@ -29,8 +29,7 @@ from typing import Any
 import afferents
 from afferents.benchmark.entries import read_entries, tables_by_task
 from afferents.doctor import processor
-from afferents.evaluation import fold_files
-from afferents.evaluation import results as schemas
+from afferents.evaluation import fold_files, results as schemas
 from afferents.files import write_text
 from afferents.reporting.published import published_families
 from afferents.reporting.tables import render_markdown

@@ -1,22 +1,10 @@
-from . import benchmark as benchmark
-from . import lab as lab
-from . import plot as plot
+from . import benchmark as benchmark, lab as lab, plot as plot
 from .channels import (
     CHANNELS as CHANNELS,
-)
-from .channels import (
     Channel as Channel,
-)
-from .channels import (
     marker_speed as marker_speed,
-)
-from .channels import (
     ra1 as ra1,
-)
-from .channels import (
     ra2 as ra2,
-)
-from .channels import (
     sa1 as sa1,
 )
 from .encodings.augment import (
@@ -27,17 +15,9 @@ from .encodings.base import (
 )
 from .encodings.images import (
     ImageEncoding as ImageEncoding,
-)
-from .encodings.images import (
     SpatialEncoding as SpatialEncoding,
-)
-from .encodings.images import (
     SpatiotemporalEncoding as SpatiotemporalEncoding,
-)
-from .encodings.images import (
     spatial_samples as spatial_samples,
-)
-from .encodings.images import (
     spatiotemporal_samples as spatiotemporal_samples,
 )
 from .encodings.log_spectra import (
@@ -51,8 +31,6 @@ from .encodings.settings import (
 )
 from .encodings.spectra import (
     SpectralEncoding as SpectralEncoding,
-)
-from .encodings.spectra import (
     spectral_samples as spectral_samples,
 )
 from .encodings.wavenumbers import (
@@ -60,14 +38,10 @@ from .encodings.wavenumbers import (
 )
 from .evaluation.controls import (
     ControlsFound as ControlsFound,
-)
-from .evaluation.controls import (
     controls as controls,
 )
 from .evaluation.evaluate import (
     evaluate as evaluate,
-)
-from .evaluation.evaluate import (
     samples as samples,
 )
 from .evaluation.metrics import (
@@ -78,8 +52,6 @@ from .evaluation.results import (
 )
 from .evaluation.train import (
     load_model as load_model,
-)
-from .evaluation.train import (
     train as train,
 )
 from .examples import (
@@ -93,14 +65,10 @@ from .extraction.track import (
 )
 from .filling import (
     fill as fill,
-)
-from .filling import (
     hold as hold,
 )
 from .folds.splits import (
     LeaveOneGroupOut as LeaveOneGroupOut,
-)
-from .folds.splits import (
     LeaveOneSpeedOut as LeaveOneSpeedOut,
 )
 from .inspection.calibrate import (
@@ -141,14 +109,10 @@ from .models.export import (
 )
 from .models.model import (
     MODELS as MODELS,
-)
-from .models.model import (
     Model as Model,
 )
 from .neuro.natural import (
     read_nwb as read_nwb,
-)
-from .neuro.natural import (
     read_spikes as read_spikes,
 )
 from .neuro.neural import (
@@ -165,8 +129,6 @@ from .recordings.data_set import (
 )
 from .recordings.data_sets import (
     DATA_SETS as DATA_SETS,
-)
-from .recordings.data_sets import (
     read_session as read_session,
 )
 from .recordings.fetch import (

@@ -214,9 +214,13 @@ def live(
         No progress bars; plain lines on stderr.
     """
     from afferents import choices, plugins
-    from afferents.lab.live import control as controls
-    from afferents.lab.live import events, fingertip, outlets
-    from afferents.lab.live import signals as given_out
+    from afferents.lab.live import (
+        control as controls,
+        events,
+        fingertip,
+        outlets,
+        signals as given_out,
+    )
     from afferents.recordings.session_file import parse_rate
 
     # What does not go together.

@@ -27,8 +27,7 @@ from afferents.models.model import MODELS, Model
 from afferents.progress import Progress
 from afferents.recordings import check, data_sets
 from afferents.recordings.data_set import Data, DataSet
-from afferents.store import integrity, motion, trimming, zarr_store
-from afferents.store import responses as store
+from afferents.store import integrity, motion, responses as store, trimming, zarr_store
 from afferents.store.recording import RecordingSet, require_distinct
 from afferents.store.responses import Responses, read_whole
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents import choices, dims, files
-from afferents.encodings.settings import Encodings
-from afferents.encodings.settings import options as encoding_options
+from afferents.encodings.settings import Encodings, options as encoding_options
 from afferents.errors import InputError
 from afferents.evaluation import data, results
 from afferents.evaluation.data import OpenedData, Origin
@@ -18,8 +17,7 @@ from afferents.evaluation.options import IN_SUMMARY, EvaluationOptions, Training
 from afferents.extraction import copies
 from afferents.folds.controls import apply_control
 from afferents.folds.corruption import Corruption
-from afferents.models import base, fitted, fitting, fusion
-from afferents.models import model as rows
+from afferents.models import base, fitted, fitting, fusion, model as rows
 from afferents.models.classifiers import get_classifier
 from afferents.models.config import RECIPES
 from afferents.models.model import BEST, MODELS, OF_CELLS, Model

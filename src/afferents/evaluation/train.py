@@ -12,8 +12,7 @@ from afferents import channels, choices, dims, files, plugins
 from afferents.encodings.samples import list_textures
 from afferents.encodings.settings import Encodings, describe_encoding
 from afferents.errors import InputError, then
-from afferents.evaluation import data as opening
-from afferents.evaluation import plan
+from afferents.evaluation import data as opening, plan
 from afferents.evaluation.data import OpenedData, Source, encode_all, find_sources
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results

@@ -19,8 +19,7 @@ from afferents.markers.sensor import Sensor
 from afferents.progress import Progress
 from afferents.quality.issues import describe_issues
 from afferents.quality.lasting import EDGE_S
-from afferents.recordings import check, grid
-from afferents.recordings import session as sessions
+from afferents.recordings import check, grid, session as sessions
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.series import JoinedFiles, SeriesFile
 from afferents.recordings.video import VideoWithProgress

@@ -1,3 +1,1 @@
-from . import devices as devices
-from . import live as live
-from . import recorder as recorder
+from . import devices as devices, live as live, recorder as recorder

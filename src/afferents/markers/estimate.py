@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.errors import InputError
-from afferents.markers import detect, kernel, rest, suspects
-from afferents.markers import sensor as sensors
+from afferents.markers import detect, kernel, rest, sensor as sensors, suspects
 from afferents.markers.detect import Positions
 from afferents.markers.grid import find_grid
 from afferents.markers.sensor import FEWEST, BlobDetector, DiscDetector, Picture, Sensor

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from afferents.encodings.augment import faster_runs, stretch_spectrum, stretched_copies
 from afferents.encodings.images import SpatialEncoding

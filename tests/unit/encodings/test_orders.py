@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.windows import Lines, bridge

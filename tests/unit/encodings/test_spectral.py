@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from afferents import LogSpectra
 from afferents.encodings.spectra import SpectralEncoding, amplitude_spectrum, spectral_samples

@@ -1,8 +1,7 @@
 """A part that a model does not look at costs nothing; one that it does, what it is worth."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from afferents.reporting.explain import log_odds, losses, patches
 

@@ -16,8 +16,7 @@ from sklearn.linear_model import LogisticRegression
 
 from afferents import evaluate
 from afferents.errors import AfferentsError, InputError
-from afferents.evaluation import fold_files
-from afferents.evaluation import run as evaluation
+from afferents.evaluation import fold_files, run as evaluation
 from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.learner import Checkpoint

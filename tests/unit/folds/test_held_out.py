@@ -4,8 +4,7 @@ from pathlib import PurePosixPath
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError

@@ -16,8 +16,7 @@ import afferents
 from afferents.errors import AfferentsError, InputError
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
-from afferents.folds.splits import LeaveOneGroupOut as Folds
-from afferents.folds.splits import find_leaks, refuse_leaks
+from afferents.folds.splits import LeaveOneGroupOut as Folds, find_leaks, refuse_leaks
 from afferents.models.card import parse_card
 
 from .conftest import SoundFiles

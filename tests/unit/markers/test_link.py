@@ -3,8 +3,7 @@
 from itertools import product
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from afferents.markers.detect import NO_BLOB, link_nearest, link_one_to_one
 

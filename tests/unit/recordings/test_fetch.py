@@ -12,8 +12,7 @@ import pytest
 
 import afferents
 from afferents.errors import InputError
-from afferents.recordings import fetch as fetching
-from afferents.recordings import listing
+from afferents.recordings import fetch as fetching, listing
 from afferents.recordings.described import PACKAGED
 from afferents.recordings.listing import format_manifest, read_manifest
 

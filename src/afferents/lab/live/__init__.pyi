@@ -1,25 +1,18 @@
-from .events import Begin as Begin
-from .events import CameraFrame as CameraFrame
-from .events import Event as Event
-from .events import Sound as Sound
-from .events import Source as Source
-from .events import Trouble as Trouble
-from .events import Wanted as Wanted
+from .events import (
+    Begin as Begin,
+    CameraFrame as CameraFrame,
+    Event as Event,
+    Sound as Sound,
+    Source as Source,
+    Trouble as Trouble,
+    Wanted as Wanted,
+)
 from .follower import Follower as Follower
 from .network import Network as Network
-from .pipeline import LivePipeline as LivePipeline
-from .pipeline import run as run
-from .pipeline import stream as stream
-from .prediction import Counters as Counters
-from .prediction import Prediction as Prediction
-from .replay import Pace as Pace
-from .replay import ReplayedSound as ReplayedSound
-from .replay import ReplayedVideo as ReplayedVideo
-from .rig_show import RigShow as RigShow
-from .rig_show import RigSound as RigSound
-from .rig_show import RigVideo as RigVideo
-from .sensors import Camera as Camera
-from .sensors import Microphone as Microphone
-from .sources import find_sensor as find_sensor
-from .sources import open_sources as open_sources
+from .pipeline import LivePipeline as LivePipeline, run as run, stream as stream
+from .prediction import Counters as Counters, Prediction as Prediction
+from .replay import Pace as Pace, ReplayedSound as ReplayedSound, ReplayedVideo as ReplayedVideo
+from .rig_show import RigShow as RigShow, RigSound as RigSound, RigVideo as RigVideo
+from .sensors import Camera as Camera, Microphone as Microphone
+from .sources import find_sensor as find_sensor, open_sources as open_sources
 from .touch import Touch as Touch
