@@ -25,7 +25,7 @@ import xarray as xr
 import afferents
 from afferents.encodings.settings import Encodings
 from afferents.evaluation.data import encode, find_sources
-from afferents.extraction.track import tracked
+from afferents.extraction.track import track as track_clip
 from afferents.lab.live import LivePipeline, Network, Pace, ReplayedVideo, run
 from afferents.markers.sensor import load_sensor
 from afferents.models import fitting
@@ -85,7 +85,7 @@ def main() -> None:
         video = next(session.glob("*/50/video.mp4"))
 
         def track() -> xr.Dataset:
-            return tracked(open_video(video), sensor, "windowed")
+            return track_clip(open_video(video), sensor)
 
         responses = track().assign_attrs(labels, steady_s="[0.5, 1.9]")
 
