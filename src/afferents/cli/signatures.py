@@ -100,9 +100,12 @@ def read_fields(where: str) -> tuple[Argument, ...]:
     return tuple(found)
 
 
+def _file(module: str) -> Path:
+    return PACKAGE.parent.joinpath(*module.split(".")).with_suffix(".py")
+
+
 def _source(module: str) -> str:
-    path = PACKAGE.parent.joinpath(*module.split(".")).with_suffix(".py")
-    return path.read_text(encoding="utf-8")
+    return _file(module).read_text(encoding="utf-8")
 
 
 def _value(node: ast.expr | None, tree: ast.Module) -> Any:
@@ -123,9 +126,9 @@ def _find_constant(name: str, tree: ast.Module) -> Any:
     within, _, last = name.rpartition(".")
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and (within or name) in [n.name for n in node.names]:
-            if within and node.module != "afferents":  # a field of what is imported
+            module = f"{node.module}.{within}" if within else str(node.module)
+            if not _file(module).is_file():  # a field of an object that is imported
                 return None
-            module = f"afferents.{within}" if within else str(node.module)
             return _find_constant(last, ast.parse(_source(module)))
         targets = node.targets if isinstance(node, ast.Assign) else []
         targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
