@@ -9,6 +9,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+import sklearn  # noqa: F401 - sets an environment variable as it is imported
 
 from afferents.errors import AfferentsError, InputError
 from afferents.parallel import side_by_side
