@@ -54,7 +54,8 @@ def pytest_collection_modifyitems(items):
     """
     load = max(os.getloadavg()) / os.cpu_count() if hasattr(os, "getloadavg") else 1
     how = {"method": "signal"} if hasattr(signal, "SIGALRM") else {}  # the others go on
-    limit = pytest.mark.timeout(A_TEST_S * max(1, load), func_only=True, **how)
+    more = max(2, load)  # a fresh clone compiles kernels, and processors differ
+    limit = pytest.mark.timeout(A_TEST_S * more, func_only=True, **how)
     for item in items:
         if not any(item.get_closest_marker(name) for name in ("system", "slow", "timeout")):
             item.add_marker(limit)

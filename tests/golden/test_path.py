@@ -27,6 +27,7 @@ TRAINED_ELSEWHERE = {"predictions": 0.5, "onnx": 0.5, "live": 0.5, "folds": 0.15
 ACCURACIES = ("validation_accuracy", "mean_accuracy", "by")
 
 
+@pytest.mark.timeout(300)  # it compiles what the whole path needs
 def test_the_whole_path_stands(load, tmp_path):
     script = load(HERE / "make_path.py")
     kept = json.loads((HERE / "path.json").read_text(encoding="utf-8"))
