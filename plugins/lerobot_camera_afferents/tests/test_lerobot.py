@@ -188,7 +188,7 @@ def test_a_camera_is_asked_for_its_rate_and_let_go(clip, monkeypatch):
             taken.append((self, asked))
             self.rate_hz = asked[1]
 
-    monkeypatch.setattr("afferents.lab.live.sources.Camera", Plugged)
+    monkeypatch.setattr("afferents.lab.live.sensors.Camera", Plugged)
     with made(source="camera:2", sensor="tip_b", shows="sa1", fps=90, **SIZE) as camera:
         assert camera.read().shape == (240, 320, 3)
     ((source, asked),) = taken
@@ -211,7 +211,7 @@ def test_a_timeout_says_what_went_wrong(monkeypatch):
         def close(self):
             self.is_open = False
 
-    monkeypatch.setattr("afferents.lab.live.sources.Camera", Dark)
+    monkeypatch.setattr("afferents.lab.live.sensors.Camera", Dark)
     monkeypatch.setattr("lerobot_camera_afferents.camera.PATIENCE_MS", 3000)
     camera = made(source="camera:0")
     said = "sa1 of camera:0: expected an image in 3000 ms, found none: the first pictures: "
