@@ -132,6 +132,12 @@ class CameraSettings:
     controls: Mapping[str, float] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse a rate that no camera has."""
+        if self.fps_hz <= 0 or math.isinf(self.fps_hz):
+            expected = "a rate above 0 frames/s"
+            raise InputError(f"camera {self.name}: expected {expected}, found {self.fps_hz:g}")
+
 
 @dataclass(frozen=True)
 class MicrophoneSettings:
@@ -150,6 +156,13 @@ class MicrophoneSettings:
     name: str
     rate_hz: float
     channels: int
+
+    def __post_init__(self) -> None:
+        """Refuse a rate and a number of channels that no microphone has."""
+        if not 0 < self.rate_hz < math.inf or self.channels < 1:
+            expected = "a rate above 0 Hz, one channel or more"
+            found = f"{self.rate_hz:g} Hz, {self.channels} channels"
+            raise InputError(f"microphone {self.name}: expected {expected}, found {found}")
 
 
 FASTER = 2.0

@@ -8,7 +8,7 @@ from simulated_drum import SimulatedDrum, until
 
 from afferents.errors import InputError
 from afferents.lab.devices import Drive, DriveLimits, DriveState, SerialDrive
-from afferents.lab.devices.base import CameraSettings
+from afferents.lab.devices.base import CameraSettings, MicrophoneSettings
 
 LIMITS = DriveLimits(1.0, 200.0)
 BEFORE = DriveState(10.0, 1000.0, 60.0, None)
@@ -83,6 +83,17 @@ def test_any_drive_is_stopped_by_an_impossible_answer_and_reports_it():
     assert belt.stops == 1
     assert belt.read().fault == "encoder"
     assert belt.stops == 2
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, -1.0, math.inf])
+def test_rates_that_no_device_has_are_refused(rate_hz):
+    with pytest.raises(InputError, match="camera it: expected a rate above 0 frames/s, found"):
+        CameraSettings("it", "MJPG", 640, 480, rate_hz)
+    with pytest.raises(InputError, match="microphone it: expected a rate above 0 Hz, one channel"):
+        MicrophoneSettings("it", rate_hz, 2)
+    with pytest.raises(InputError, match="44100 Hz, 0 channels"):
+        MicrophoneSettings("it", 44_100.0, 0)
+    assert math.isnan(CameraSettings("it", "MJPG", 640, 480, math.nan).fps_hz)  # it names none
 
 
 assert math.isnan(CameraSettings("it", "MJPG", 640, 480, math.nan).fps_hz)  # it names none
