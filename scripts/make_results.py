@@ -86,8 +86,8 @@ class Part:
 def store_of(name: str, seed: int, *options: str, extract: Sequence[str] = ()) -> Part:
     """Return the part that simulates a session of 130 recordings and extracts it."""
     size = ("--preset", "paper", "--seconds", "20", "--seed", str(seed))
-    made = ("simulate", name, *size, *options)
-    return Part(name, (made, ("extract", name, f"{name}.zarr", *extract)))
+    simulated = ("simulate", name, *size, *options)
+    return Part(name, (simulated, ("extract", name, f"{name}.zarr", *extract)))
 
 
 def evaluated(name: str, store: str, models: str, *options: str) -> Part:
@@ -197,9 +197,10 @@ def write_tables() -> None:
         if picture.is_file():
             shutil.copyfile(picture, pages.DOCS / "images" / "demo.png")
     nested, ours = (found(*(f"{kind}-S{seed}" for seed in SEEDS)) for kind in ("nested", "ours"))
+    published = found("published-S11")
     if nested:
-        both = {**nested, **found("published-S11")}
-        write("rig-table1", "Table 1 on the rig", both, _table1(nested, found("published-S11")))
+        both = {**nested, **published}
+        write("rig-table1", "Table 1 on the rig", both, _table1(nested, published))
         draw_speeds(list(nested.values())).savefig(
             pages.DOCS / "images" / "rig-by-speed.png", dpi=110
         )
@@ -210,8 +211,9 @@ def write_tables() -> None:
         rows = _causes(nested, ours["ours-S12"], away)
         parts = {**nested, "ours-S12": ours["ours-S12"], **away}
         write("rig-causes", "What the simulation makes so, taken away", parts, rows)
-    made = [name for name in ("noise", *STRESSES) if found(f"ours-{name}")]
-    stresses = found(*(f"ours-{name}" for name in made))
+    stresses: dict[str, Any] = {}
+    for name in ("noise", *STRESSES):
+        stresses |= found(f"ours-{name}")
     if ours and stresses:
         write("rig-ours", "Our models on the rig", {**ours, **stresses}, _ours(ours, stresses))
 

@@ -44,7 +44,7 @@ MAKES_STORES = ("afferents.extraction.extract",)
 
 
 A_TEST_S = 60
-"""How long a test may take that stays in its process; on a quiet machine none takes a third."""
+"""How long a test that stays in its process may take where kernels are compiled already."""
 
 
 def pytest_collection_modifyitems(items):

@@ -66,7 +66,7 @@ RA2: Final = "ra2"
 SA1_VECTOR: Final = "sa1_vector"
 RA1_VECTOR: Final = "ra1_vector"
 SA1_LOCAL: Final = "sa1_local"
-"""Also `SHEAR`, which is the name of a dim as well."""
+"""`SHEAR`, above, names a response as well as a dim."""
 
 
 # what each sample of an encoding carries, as coordinates on `sample`
